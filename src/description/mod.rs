@@ -1,0 +1,269 @@
+//! What the scene file said: plain data with positions, in the file's own units, double precision, nothing rendered.
+//!
+//! Loaders make it, [`crate::scene::compile`] reads it; neither Embree nor a bsdf is known here. Colours are already
+//! linear sRGB; everything with a length in it is in the file's units; angles are in degrees where the field says so.
+
+use crate::error::Span;
+use crate::spectrum::Rgb;
+use glam::{DAffine3, DVec3};
+use std::sync::Arc;
+
+/// A whole scene file.
+#[derive(Clone, Debug)]
+pub struct SceneDescription {
+    /// How to render it.
+    pub integrator: Integrator,
+    /// The cameras of the file, at least one; the first is rendered unless the user says otherwise.
+    pub cameras: Vec<Camera>,
+    /// Every bsdf that a shape uses, directly or through another bsdf.
+    pub bsdfs: Vec<Bsdf>,
+    /// Every shape.
+    pub shapes: Vec<Shape>,
+    /// Lights that are not attached to a shape.
+    pub lights: Vec<Light>,
+    /// Complaints that were not fatal, each with its place: what `--lenient` let pass, what was never read.
+    pub warnings: Vec<String>,
+}
+
+/// Index into [`SceneDescription::bsdfs`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct BsdfId(pub usize);
+
+/// The `<integrator>` of the file.
+#[derive(Clone, Debug)]
+pub struct Integrator {
+    /// Which estimator.
+    pub kind: IntegratorKind,
+    /// The largest number of segments of a path, camera ray included (1: emission seen directly; 2: direct light);
+    /// `None` for no limit.
+    pub max_depth: Option<u32>,
+    /// Russian roulette decides about every vertex whose number (the first hit is 1) is at least this.
+    pub rr_depth: u32,
+    /// Whether emitters are invisible to camera rays.
+    pub hide_emitters: bool,
+}
+
+/// Estimators that a scene file can ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntegratorKind {
+    /// Light and bsdf sampling combined.
+    Path,
+    /// The same, for paths of at most one bounce.
+    Direct,
+}
+
+impl Default for Integrator {
+    fn default() -> Self {
+        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
+    }
+}
+
+/// A perspective camera with its film and sampler.
+///
+/// Camera space is Mitsuba's: the camera looks along +z, +y is up, and +x points to the *left* of the picture.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// Where in the file.
+    pub at: Span,
+    /// Camera space to the file's world space; no scale.
+    pub to_world: DAffine3,
+    /// Field of view in degrees along `fov_axis`, in (0, 180).
+    pub fov: f64,
+    /// What `fov` measures.
+    pub fov_axis: FovAxis,
+    /// Nearest visible distance along the viewing axis, positive.
+    pub near_clip: f64,
+    /// Farthest visible distance along the viewing axis, larger than `near_clip`.
+    pub far_clip: f64,
+    /// Position of the principal point relative to the middle of the film, as a fraction of its width and height.
+    pub principal_point_offset: (f64, f64),
+    /// The film.
+    pub film: Film,
+    /// The sampler's count and seed.
+    pub sampler: Sampler,
+}
+
+/// What a field of view is measured along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FovAxis {
+    /// Width.
+    X,
+    /// Height.
+    Y,
+    /// Diagonal.
+    Diagonal,
+    /// The shorter of width and height.
+    Smaller,
+    /// The longer of width and height.
+    Larger,
+}
+
+/// A film: the size of the picture, the part of it to render, the reconstruction filter, the file's pixels.
+#[derive(Clone, Debug)]
+pub struct Film {
+    /// Where in the file.
+    pub at: Span,
+    /// Pixels across, at least 1.
+    pub width: u32,
+    /// Pixels down, at least 1.
+    pub height: u32,
+    /// The part to render, inside the picture; the whole of it unless the file says otherwise.
+    pub crop: Crop,
+    /// The reconstruction filter.
+    pub filter: Filter,
+    /// Type of a stored pixel value.
+    pub component_format: ComponentFormat,
+}
+
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+}
+
+/// A reconstruction filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// Every sample counts fully for the pixel it falls into, and for no other.
+    Box,
+}
+
+/// Type of a stored pixel value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ComponentFormat {
+    /// 16-bit floating point.
+    Half,
+    /// 32-bit floating point.
+    Float,
+}
+
+/// What the file says of the sampler; its type is a hint that snell does not follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampler {
+    /// Samples per pixel.
+    pub sample_count: u32,
+    /// Seed.
+    pub seed: u32,
+}
+
+/// A shape with its surface and emission.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// Where in the file.
+    pub at: Span,
+    /// What the file calls it (its id, or the name of its mesh file, or its plugin).
+    pub name: String,
+    /// Its points, in object space.
+    pub geometry: Geometry,
+    /// Object space to the file's world space; invertible.
+    pub to_world: DAffine3,
+    /// Whether normals (geometric and shading) point the other way.
+    pub flip_normals: bool,
+    /// Its surface.
+    pub bsdf: BsdfId,
+    /// Radiance that it emits from its front side, in W·sr⁻¹·m⁻², if it is an area light.
+    pub emission: Option<Rgb>,
+}
+
+/// The points of a shape, in object space.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Arc<Mesh>),
+    /// The square [−1, 1]² in the plane z = 0, normal +z.
+    Rectangle,
+    /// A sphere; its normal points outwards.
+    Sphere {
+        /// Its centre.
+        centre: DVec3,
+        /// Its radius, positive.
+        radius: f64,
+    },
+}
+
+/// Triangles as a file gave them. Every index is in range and every number is finite.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertices.
+    pub positions: Vec<DVec3>,
+    /// Shading normals, one a vertex, not necessarily of unit length; empty where faces are flat.
+    pub normals: Vec<DVec3>,
+    /// Vertex indices of each triangle, counter-clockwise seen from the front.
+    pub faces: Vec<[u32; 3]>,
+}
+
+/// A bsdf.
+#[derive(Clone, Debug)]
+pub struct Bsdf {
+    /// Where in the file.
+    pub at: Span,
+    /// Its `id`, or empty.
+    pub name: String,
+    /// What it is.
+    pub kind: BsdfKind,
+}
+
+/// The kinds of bsdf, with Mitsuba's parameters. Colours are linear sRGB.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BsdfKind {
+    /// Lambertian, front side only.
+    Diffuse {
+        /// Albedo.
+        reflectance: Rgb,
+    },
+    /// A rough conductor of GGX microfacets, front side only.
+    RoughConductor {
+        /// Roughness α (the square of what artists call roughness), positive.
+        alpha: f64,
+        /// Real part of the index of refraction relative to the outside.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+    },
+    /// A smooth interface between two dielectrics.
+    Dielectric {
+        /// Index of refraction inside (where the normal does not point).
+        int_ior: f64,
+        /// Index of refraction outside.
+        ext_ior: f64,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+        /// Factor on the transmission; 1 is physical.
+        specular_transmittance: Rgb,
+    },
+    /// One-sided bsdfs made two-sided.
+    TwoSided {
+        /// Seen from the front.
+        front: BsdfId,
+        /// Seen from the back.
+        back: BsdfId,
+    },
+}
+
+/// A light that is not attached to a shape.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// Where in the file.
+    pub at: Span,
+    /// What it is.
+    pub kind: LightKind,
+}
+
+/// The kinds of light that are not attached to a shape.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightKind {
+    /// The same radiance from every direction, from infinitely far away.
+    Constant {
+        /// Radiance in W·sr⁻¹·m⁻².
+        radiance: Rgb,
+    },
+}

@@ -1,0 +1,14 @@
+//! snell: a physically based path tracer.
+//!
+//! ```text
+//! scene file ─loader─▶ SceneDescription ─compile─▶ Scene ─render + integrator─▶ Film ─image─▶ EXR / PNG
+//! ```
+//!
+//! Each module uses only modules of lower rows of the table in ARCHITECTURE.md.
+
+pub mod accel;
+pub mod description;
+pub mod error;
+pub mod math;
+pub mod shape;
+pub mod spectrum;

@@ -1,0 +1,3 @@
+//! The `snell` command.
+
+fn main() {}

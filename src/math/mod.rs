@@ -1,0 +1,6 @@
+//! Numbers and geometry: floating-point bounds, rays, frames, boxes. Knows nothing of scenes.
+
+pub mod bounds;
+pub mod float;
+pub mod frame;
+pub mod ray;

@@ -1,0 +1,33 @@
+//! Rays.
+
+use glam::Vec3;
+
+/// The points `o + t·d` with `tmin < t < tmax`, in the compiled scene's space.
+///
+/// `d` need not have unit length: a shadow ray's `d` spans the whole segment and its `tmax` is 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Ray {
+    /// Origin.
+    pub o: Vec3,
+    /// Start of the interval, in units of `d`; 0 but for camera rays with a near clip plane.
+    pub tmin: f32,
+    /// Direction, not zero.
+    pub d: Vec3,
+    /// End of the interval, in units of `d`; infinite where nothing bounds the ray.
+    pub tmax: f32,
+}
+
+impl Ray {
+    /// The ray from `o` along `d` to infinity.
+    #[inline]
+    pub fn new(o: Vec3, d: Vec3) -> Self {
+        Self { o, tmin: 0.0, d, tmax: f32::INFINITY }
+    }
+
+    /// The open segment from `a` to `b`.
+    #[inline]
+    pub fn segment(a: Vec3, b: Vec3) -> Self {
+        Self { o: a, tmin: 0.0, d: b - a, tmax: 1.0 }
+    }
+}
