@@ -117,8 +117,14 @@ pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
 
 fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     let volumes = Volumes::new(ray, v);
-    let rounding = f64::from(UNIT_ROUNDOFF) * volumes.t.abs();
-    if volumes.same_sign(volumes.error) {
+    let size = v
+        .iter()
+        .map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element())
+        .fold(0.0, f64::max);
+    let rounding =
+        f64::from(UNIT_ROUNDOFF) * volumes.t.abs() + VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * size * volumes.slope;
+    let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * size;
+    if volumes.same_sign(volumes.error + volumes.change(ray, v, allowed)) {
         return Contact::Inside(volumes.t, rounding);
     }
     let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
@@ -182,6 +188,22 @@ impl Volumes {
             t: normal.dot(a) / facing,
             slope: normal.length() / facing.abs(),
         }
+    }
+
+    /// By how much any of `e` changes at most when vertices move sideways by `allowed`. As seen along the ray, at a depth
+    /// of the dominant component d.z, e is d.z times the cross product of two vertices that are at most `spread` from it.
+    fn change(&self, ray: &Ray, v: [Vec3; 3], allowed: f64) -> f64 {
+        let d = ray.d.as_dvec3();
+        let dominant = d.abs().max_element();
+        let axis = d.abs().to_array().iter().position(|&c| c == dominant).unwrap_or(0);
+        let spread = v
+            .iter()
+            .map(|v| {
+                let a = v.as_dvec3() - ray.o.as_dvec3();
+                (a - d * (a[axis] / d[axis])).abs().max_element()
+            })
+            .fold(0.0, f64::max);
+        dominant * (4.0 * spread * allowed + 2.0 * allowed * allowed)
     }
 
     /// Whether all have the same sign and are further from 0 than `margin` (or, with 0, not on different sides of it).
