@@ -114,7 +114,7 @@ impl WatertightRay {
         let edges = edge_functions(&p);
         let candidates: [bool; N] = std::array::from_fn(|lane| !opposite(edges.map(|e| e[lane])));
         for lane in (0..N).filter(|&lane| candidates[lane]) {
-            let certain = edges.iter().all(|e| e[lane] < 0.0 || e[lane] > 0.0);
+            let certain = edges.iter().all(|e| e[lane].abs() > 0.0);
             if !certain && !crosses_exactly(p.map(|v| v.map(|c| c[lane]))) {
                 continue;
             }
