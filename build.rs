@@ -179,10 +179,13 @@ mod bindings {
     use std::env;
     use std::path::Path;
 
-    /// Writes the bindings of our header to OUT_DIR; tests/bindings.rs compares them with those in the tree.
+    /// Writes the bindings of our header to OUT_DIR, where tests/bindings.rs compares them with those in the tree, and if
+    /// UPDATE_BINDINGS is set to the tree.
     pub(crate) fn generate() {
+        println!("cargo::rerun-if-env-changed=UPDATE_BINDINGS");
+        println!("cargo::rerun-if-changed=ffi/embree_shim.h");
         let out = env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
-        bindgen::Builder::default()
+        let bindings = bindgen::Builder::default()
             .header("ffi/embree_shim.h")
             .allowlist_item("(rt|RT)_.*")
             .raw_line("//! Bindings of ffi/embree_shim.h, made by bindgen. Do not edit: see tests/bindings.rs.")
@@ -192,8 +195,14 @@ mod bindings {
             .default_macro_constant_type(bindgen::MacroTypeVariation::Unsigned)
             .disable_header_comment()
             .generate()
-            .expect("ffi/embree_shim.h is C that libclang understands")
+            .expect("ffi/embree_shim.h is C that libclang understands");
+        bindings
             .write_to_file(Path::new(&out).join("bindings.rs"))
             .expect("OUT_DIR can be written");
+        if env::var_os("UPDATE_BINDINGS").is_some() {
+            bindings
+                .write_to_file("src/accel/embree/bindings.rs")
+                .expect("the tree can be written");
+        }
     }
 }

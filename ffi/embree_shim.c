@@ -2,6 +2,7 @@
 
 #include "embree_shim.h"
 
+#include <math.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +21,7 @@
 STATIC_ASSERT(RTC_VERSION_MAJOR == SNELL_EMBREE_MAJOR, the_header_is_of_the_version_that_build_rs_found);
 STATIC_ASSERT(RTC_INVALID_GEOMETRY_ID == RT_NONE, a_miss_has_embrees_invalid_id);
 STATIC_ASSERT(sizeof(struct rt_ray) == 32, rt_ray_has_no_padding);
-STATIC_ASSERT(sizeof(struct rt_hit) == 12, rt_hit_has_no_padding);
+STATIC_ASSERT(sizeof(struct rt_hit) == 16, rt_hit_has_no_padding);
 STATIC_ASSERT(offsetof(struct RTCRay, tnear) == offsetof(struct rt_ray, tmin), tmin_is_where_embree_has_it);
 STATIC_ASSERT(offsetof(struct RTCRay, dir_x) == offsetof(struct rt_ray, d), d_is_where_embree_has_it);
 
@@ -121,14 +122,18 @@ struct any_context {
     struct rt_hit *hit;
 };
 
+static inline void store(struct rt_hit *to, const struct RTCRay *ray, const struct RTCHit *hit) {
+    to->shape = hit->geomID;
+    to->primitive = hit->primID;
+    to->t = ray->tfar;
+    to->volume = fabsf(ray->dir_x * hit->Ng_x + ray->dir_y * hit->Ng_y + ray->dir_z * hit->Ng_z);
+}
+
 /* Notes which triangle it was that ended an occlusion query, and accepts it. */
 static void note_occluder(const struct RTCFilterFunctionNArguments *args) {
     struct any_context *context = (struct any_context *)args->context;
     /* Of a query of one ray, args->N is 1, and then these are laid out like the structs for one. */
-    const struct RTCHit *hit = (const struct RTCHit *)args->hit;
-    context->hit->shape = hit->geomID;
-    context->hit->primitive = hit->primID;
-    context->hit->t = ((const struct RTCRay *)args->ray)->tfar;
+    store(context->hit, (const struct RTCRay *)args->ray, (const struct RTCHit *)args->hit);
 }
 
 bool rt_scene_add_mesh(struct rt_scene *scene, uint32_t shape, const float *positions, size_t vertex_count,
@@ -176,6 +181,7 @@ void rt_scene_closest(const struct rt_scene *scene, const struct rt_ray *rays, s
 #endif
     for (size_t i = 0; i < count; ++i) {
         load(&query.ray, &rays[i]);
+        query.hit.Ng_x = query.hit.Ng_y = query.hit.Ng_z = 0.0f;
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.primID = RTC_INVALID_GEOMETRY_ID;
         query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -184,9 +190,7 @@ void rt_scene_closest(const struct rt_scene *scene, const struct rt_ray *rays, s
 #else
         rtcIntersect1(scene->scene, &query, &args);
 #endif
-        hits[i].shape = query.hit.geomID;
-        hits[i].primitive = query.hit.primID;
-        hits[i].t = query.ray.tfar;
+        store(&hits[i], &query.ray, &query.hit);
     }
 }
 
@@ -205,7 +209,6 @@ void rt_scene_any(const struct rt_scene *scene, const struct rt_ray *rays, struc
         load(&query, &rays[i]);
         hits[i].shape = RT_NONE;
         hits[i].primitive = RT_NONE;
-        hits[i].t = rays[i].tmax;
         context.hit = &hits[i];
 #if RTC_VERSION_MAJOR == 3
         rtcOccluded1(scene->scene, &context.base, &query);

@@ -25,11 +25,13 @@ struct rt_ray {
     float tmax;
 };
 
-/* What was hit, by the ids given to rt_scene_add_mesh, and where by Embree's reckoning. */
+/* What was hit, by the ids given to rt_scene_add_mesh, and by Embree's reckoning where, and how large the volume is that
+ * the ray's direction spans with two edges of the triangle. t and volume mean nothing where there is no hit. */
 struct rt_hit {
     uint32_t shape;
     uint32_t primitive;
     float t;
+    float volume;
 };
 
 /* Embree's error code, and its words, or what the shim itself found wrong. */

@@ -25,14 +25,16 @@ pub struct rt_hit {
     pub shape: u32,
     pub primitive: u32,
     pub t: f32,
+    pub volume: f32,
 }
 #[allow(clippy::unnecessary_operation, clippy::identity_op)]
 const _: () = {
-    ["Size of rt_hit"][::core::mem::size_of::<rt_hit>() - 12usize];
+    ["Size of rt_hit"][::core::mem::size_of::<rt_hit>() - 16usize];
     ["Alignment of rt_hit"][::core::mem::align_of::<rt_hit>() - 4usize];
     ["Offset of field: rt_hit::shape"][::core::mem::offset_of!(rt_hit, shape) - 0usize];
     ["Offset of field: rt_hit::primitive"][::core::mem::offset_of!(rt_hit, primitive) - 4usize];
     ["Offset of field: rt_hit::t"][::core::mem::offset_of!(rt_hit, t) - 8usize];
+    ["Offset of field: rt_hit::volume"][::core::mem::offset_of!(rt_hit, volume) - 12usize];
 };
 #[repr(C)]
 #[derive(Debug, Copy, Clone)]
