@@ -2,7 +2,7 @@
 //!
 //! A triangle is tested by another formula than the accelerators': the signs of the volumes that the ray spans with the
 //! edges (Plücker coordinates), e_i = d·((v_j − o) × (v_k − o)), and the distance in its plane. With u = 2⁻⁵³ the volume
-//! has an error of at most γ₈·Σ|d|·|v_j − o|·|v_k − o| over the six products ([`VOLUME_ROUNDINGS`]).
+//! has an error of at most γ₈·Σ|d|·|v_j − o|·|v_k − o| over the six products (`VOLUME_ROUNDINGS`).
 //!
 //! The accelerators may move a vertex by a few roundings of f32 ([`crate::shape::triangle`]), so near the rim of a
 //! triangle both answers are in order: [`Contact::Rim`].

@@ -53,6 +53,23 @@ pub(super) struct BinaryNode {
     pub(super) kind: Kind,
 }
 
+impl BinaryNode {
+    /// Half of the surface area of its box; 0 of an unused place.
+    pub(super) fn area(&self) -> f64 {
+        if self.bounds.is_empty() {
+            0.0
+        } else {
+            half_area(self.bounds)
+        }
+    }
+}
+
+/// In f64, so that no square of a length in f32 overflows or vanishes. Not for an empty box.
+fn half_area(bounds: Bounds) -> f64 {
+    let e: DVec3 = bounds.extent().as_dvec3();
+    e.x * e.y + e.y * e.z + e.z * e.x
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     /// Children at the next place and `right` places further.
@@ -195,11 +212,9 @@ impl Bin {
         }
     }
 
-    /// Cost of a node with these primitives, of which a whole block is tested at a time. In f64, so that no square of
-    /// a length in f32 overflows or vanishes.
+    /// Cost of a node with these primitives, of which a whole block is tested at a time.
     fn cost(&self) -> f64 {
-        let e: DVec3 = self.bounds.extent().as_dvec3();
-        (e.x * e.y + e.y * e.z + e.z * e.x) * self.count.div_ceil(BLOCK_SIZE) as f64
+        half_area(self.bounds) * self.count.div_ceil(BLOCK_SIZE) as f64
     }
 }
 

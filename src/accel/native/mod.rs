@@ -6,6 +6,7 @@
 
 mod block;
 mod build;
+mod collapse;
 mod wide;
 
 use super::Hit;

@@ -32,6 +32,7 @@
 
 use super::block::Block;
 use super::build::{self, BinaryNode, Item, Kind, MAX_DEPTH};
+use super::collapse::Plans;
 use super::{Nearest, PreparedRay};
 use crate::math::bounds::Bounds;
 use crate::math::float::{UNIT_ROUNDOFF, max, min};
@@ -41,7 +42,7 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 /// Children of a node.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
 /// Padding of the slabs, in unit roundoffs of |o| + S: derived above.
 const PADDING_ROUNDINGS: f32 = 16.0;
@@ -190,13 +191,14 @@ impl<B: Block> Tree<B> {
             return None;
         }
         let binary = build::build(&mut items);
-        let mut collapse = Collapse {
+        let mut layout = Layout {
             binary: &binary,
+            plans: Plans::new(&binary),
             nodes: Vec::new(),
             leaves: Vec::new(),
         };
-        let root = collapse.add(0);
-        let Collapse { mut nodes, leaves, .. } = collapse;
+        let root = layout.add(0);
+        let Layout { mut nodes, leaves, .. } = layout;
         nodes.shrink_to_fit();
         let blocks = leaves
             .into_par_iter()
@@ -316,23 +318,24 @@ fn descend_sorted(node: &Node, mut met: u32, entry: &[f32; WIDTH], stack: &mut S
     node.children[(sorted[count - 1] & LANE_BITS) as usize]
 }
 
-/// Makes nodes of eight out of the binary tree, by opening the child of the largest surface again and again (Dammertz,
-/// Hanika and Keller 2008, *Shallow Bounding Volume Hierarchies*, section 3).
-struct Collapse<'a> {
+/// Lays the nodes out depth first.
+struct Layout<'a> {
     binary: &'a [BinaryNode],
+    plans: Plans,
     nodes: Vec<Node>,
     /// The items of each block.
     leaves: Vec<std::ops::Range<usize>>,
 }
 
-impl Collapse<'_> {
+impl Layout<'_> {
     /// Adds the subtree of a binary node and returns the reference to it.
     fn add(&mut self, index: usize) -> u32 {
         if let Kind::Leaf { first, count } = self.binary[index].kind {
             self.leaves.push(first as usize..(first + count) as usize);
             return (self.leaves.len() as u32 - 1) | BLOCK;
         }
-        let children = self.children(index);
+        let mut children = Vec::with_capacity(WIDTH);
+        self.plans.children(self.binary, index, &mut children);
         let place = self.nodes.len();
         self.nodes.push(Node::EMPTY);
         for (lane, &child) in children.iter().enumerate() {
@@ -340,29 +343,5 @@ impl Collapse<'_> {
             self.nodes[place].set(lane, self.binary[child].bounds, reference);
         }
         place as u32
-    }
-
-    /// Two to eight binary nodes that together make up an inner one.
-    fn children(&self, index: usize) -> Vec<usize> {
-        let mut children = Vec::with_capacity(WIDTH);
-        children.push(index);
-        while children.len() < WIDTH {
-            let area = |index: usize| match self.binary[index].kind {
-                Kind::Inner { .. } => {
-                    let e = self.binary[index].bounds.extent().as_dvec3();
-                    e.x * e.y + e.y * e.z + e.z * e.x
-                }
-                Kind::Leaf { .. } => -1.0,
-            };
-            let largest = (0..children.len()).reduce(|a, b| if area(children[b]) > area(children[a]) { b } else { a });
-            let Some(largest) = largest else { break };
-            let opened = children[largest];
-            let Kind::Inner { right } = self.binary[opened].kind else {
-                break;
-            };
-            children[largest] = opened + 1;
-            children.push(opened + right as usize);
-        }
-        children
     }
 }
