@@ -9,7 +9,7 @@
 #[path = "../tests/accel_support/mod.rs"]
 mod accel_support;
 
-use accel_support::{Rng, boxes, displaced_sphere, offset};
+use accel_support::{Rng, boxes, displaced_sphere, extent, offset};
 use glam::Vec3;
 use snell::accel::oracle::{self, Verdict};
 use snell::accel::{Accel, Accelerator, Hit};
@@ -88,7 +88,7 @@ fn bounce_rays(shapes: &[Shape], rays: &[Ray], hits: &[Hit]) -> (Vec<Ray>, Vec<R
         let t = triangle::resolve(ray, v[0], v[1], v[2]).t;
         let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
         let normal = if normal.dot(ray.d) > 0.0 { -normal } else { normal };
-        let o = offset(ray.o.as_dvec3() + t * ray.d.as_dvec3(), normal.as_dvec3(), v);
+        let o = offset(ray.o.as_dvec3() + t * ray.d.as_dvec3(), normal.as_dvec3(), extent(v));
         bounce.push(Ray::new(o, (normal + 0.999 * rng.direction()).normalize()));
         shadow.push(Ray::segment(
             o,

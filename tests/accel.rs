@@ -3,7 +3,7 @@
 
 mod accel_support;
 
-use accel_support::{Rng, boxes, cuboid, displaced_sphere, random_soup, soup, spawned};
+use accel_support::{Rng, boxes, cuboid, displaced_sphere, random_soup, segment, soup, spawned};
 use glam::Vec3;
 use snell::accel::oracle::{self, Contact, Verdict};
 use snell::accel::{Accel, Accelerator, Hit};
@@ -392,8 +392,7 @@ fn same_for_any_number_of_threads() {
     assert!(answers[0] == answers[1]);
 }
 
-/// A million rays that start on random triangles and slivers: none meets the one it starts on, and no segment between
-/// two surfaces is blocked by them.
+/// A million rays that start on random triangles and slivers: none meets the one it starts on.
 #[test]
 fn no_ray_meets_its_own_surface() {
     let mut rng = Rng(9);
@@ -408,7 +407,7 @@ fn no_ray_meets_its_own_surface() {
             .collect();
         let shapes = [soup(&triangles)];
         let starts: Vec<usize> = (0..count).map(|_| rng.below(triangles.len())).collect();
-        let rays: Vec<Ray> = starts.iter().filter_map(|&i| spawned(&mut rng, triangles[i])).collect();
+        let rays: Vec<Ray> = starts.iter().map(|&i| spawned(&mut rng, triangles[i])).collect();
         for which in accelerators() {
             let accel = build(which, &shapes);
             let hits = closest(&accel, &rays);
@@ -428,6 +427,47 @@ fn no_ray_meets_its_own_surface() {
                 accel.embree_false_hits()
             );
             assert_eq!(own, 0, "{which:?} on {name} triangles");
+        }
+    }
+}
+
+/// 600,000 segments between points of random triangles and slivers, offset like the renderer's shadow rays: none is
+/// blocked by either of the two.
+#[test]
+fn no_segment_is_blocked_by_its_ends() {
+    let mut rng = Rng(12);
+    for stretch in [1.0, 1e-2, 1e-4] {
+        let triangles: Vec<_> = random_soup(&mut rng, 2000, 0.3)
+            .into_iter()
+            .map(|[a, b, c]| [a, b, a.lerp(b, rng.unit()) + stretch * (c - a)])
+            .collect();
+        // Two different ones: between points of one triangle there is no side to be on.
+        let ends: Vec<[usize; 2]> = (0..200_000)
+            .map(|_| {
+                let first = rng.below(triangles.len());
+                [first, (first + 1 + rng.below(triangles.len() - 1)) % triangles.len()]
+            })
+            .collect();
+        let segments: Vec<Ray> = ends
+            .iter()
+            .map(|ends| segment(&mut rng, ends.map(|i| triangles[i])))
+            .collect();
+        for which in accelerators() {
+            let accel = build(which, &[soup(&triangles)]);
+            let hits = closest(&accel, &segments);
+            let own = hits
+                .iter()
+                .zip(&ends)
+                .filter(|(hit, ends)| ends.contains(&(hit.primitive as usize)))
+                .count();
+            let answers = occluded(&accel, &segments);
+            let differ = hits
+                .iter()
+                .zip(&answers)
+                .filter(|(hit, answer)| hit.is_some() != **answer)
+                .count();
+            println!("{which:?}, 1:{stretch}: {own} blocked by an end, {differ} any hits differ");
+            assert_eq!((own, differ), (0, 0), "{which:?} on triangles of 1:{stretch}");
         }
     }
 }

@@ -6,8 +6,10 @@
 )]
 
 use glam::{DVec3, Vec3};
+use snell::math::float::UNIT_ROUNDOFF;
 use snell::math::ray::Ray;
 use snell::shape::{Shape, TriangleMesh};
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
@@ -140,35 +142,56 @@ pub fn cuboid(lower: Vec3, upper: Vec3) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-/// A ray from a random point of a triangle, moved off it by 8 ulps of its extent along the normal and one ulp of each
-/// coordinate, into a random direction of that side. The renderer's offset is the same.
-pub fn spawned(rng: &mut Rng, v: [Vec3; 3]) -> Option<Ray> {
-    let normal = (v[1] - v[0]).as_dvec3().cross((v[2] - v[0]).as_dvec3()).normalize();
+/// A ray from a random point of a triangle, moved off it like the renderer's, into a random direction of that side.
+pub fn spawned(rng: &mut Rng, v: [Vec3; 3]) -> Ray {
+    let p = point(rng, v);
+    let d = rng.direction();
+    Ray::new(offset(p, towards(v, d.as_dvec3()), extent(v)), d)
+}
+
+/// A segment between random points of two triangles, both ends moved like those of the renderer's shadow rays.
+pub fn segment(rng: &mut Rng, v: [[Vec3; 3]; 2]) -> Ray {
+    let (p, q) = (point(rng, v[0]), point(rng, v[1]));
+    let end_extent = extent(v[1]) + (q - p).abs().as_vec3();
+    Ray::segment(
+        offset(p, towards(v[0], q - p), extent(v[0])),
+        offset(q, towards(v[1], p - q), end_extent),
+    )
+}
+
+/// A random point of a triangle.
+fn point(rng: &mut Rng, v: [Vec3; 3]) -> DVec3 {
     let (mut a, mut b) = (rng.unit(), rng.unit());
     if a + b > 1.0 {
         (a, b) = (1.0 - a, 1.0 - b);
     }
-    let d = rng.direction();
-    let side = if d.as_dvec3().dot(normal) < 0.0 {
-        -normal
-    } else {
-        normal
-    };
-    let p = v[0].as_dvec3() + f64::from(a) * (v[1] - v[0]).as_dvec3() + f64::from(b) * (v[2] - v[0]).as_dvec3();
-    Some(Ray::new(offset(p, side, v), d))
+    v[0].as_dvec3() + f64::from(a) * (v[1] - v[0]).as_dvec3() + f64::from(b) * (v[2] - v[0]).as_dvec3()
 }
 
-/// See [`spawned`].
-pub fn offset(p: DVec3, side: DVec3, v: [Vec3; 3]) -> Vec3 {
-    let extent = (v[0].max(v[1]).max(v[2]) - v[0].min(v[1]).min(v[2])).max_element();
-    let moved = (p + side * f64::from(8.0 * f32::EPSILON * extent)).as_vec3();
+/// The normal on the side that `d` points to.
+fn towards(v: [Vec3; 3], d: DVec3) -> DVec3 {
+    let v = v.map(|v| v.as_dvec3());
+    let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
+    if d.dot(normal) < 0.0 { -normal } else { normal }
+}
+
+/// Extent of a triangle along the axes.
+pub fn extent(v: [Vec3; 3]) -> Vec3 {
+    v[0].max(v[1]).max(v[2]) - v[0].min(v[1]).min(v[2])
+}
+
+/// The point `p` moved to the side of the unit normal `n` by the rounding of its coordinates and 8 roundings of `extent`,
+/// and rounded away from the surface: what the renderer does with the ends of its rays.
+pub fn offset(p: DVec3, n: DVec3, extent: Vec3) -> Vec3 {
+    let u = f64::from(UNIT_ROUNDOFF);
+    let delta = n.abs().dot(u * p.abs() + 8.0 * u * extent.as_dvec3());
+    let moved = p + n * delta;
     Vec3::from_array(std::array::from_fn(|i| {
-        if side[i] > 0.0 {
-            moved[i].next_up()
-        } else if side[i] < 0.0 {
-            moved[i].next_down()
-        } else {
-            moved[i]
+        let nearest = moved[i] as f32;
+        match f64::from(nearest).partial_cmp(&moved[i]) {
+            Some(Ordering::Less) if n[i] > 0.0 => nearest.next_up(),
+            Some(Ordering::Greater) if n[i] < 0.0 => nearest.next_down(),
+            _ => nearest,
         }
     }))
 }
