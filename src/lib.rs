@@ -9,6 +9,7 @@
 pub mod accel;
 pub mod description;
 pub mod error;
+pub mod loader;
 pub mod math;
 pub mod shape;
 pub mod spectrum;
