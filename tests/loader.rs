@@ -1,5 +1,11 @@
 //! Scene files as users write them: what is wrong is named with its place, what is right means what it means in Mitsuba.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "these are tests, and skipping is to be seen"
+)]
+
 use snell::description::{BsdfKind, ComponentFormat, FovAxis, Geometry, IntegratorKind, LightKind, SceneDescription};
 use snell::error::Result;
 use snell::loader::{LoadOptions, load};
@@ -321,6 +327,21 @@ fn shared(name: &str) -> Option<PathBuf> {
 }
 
 #[test]
+fn the_scenes_of_the_repository_are_read() {
+    let Ok(folders) = std::fs::read_dir(repository().join("scenes")) else {
+        return println!("skipped: no scenes/");
+    };
+    for folder in folders.map(|f| f.unwrap().path()).filter(|f| f.is_dir()) {
+        for path in std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()) {
+            if path.extension().is_some_and(|e| e == "xml") {
+                let s = load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+                assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+            }
+        }
+    }
+}
+
+#[test]
 fn the_cornell_box_is_read() {
     let Some(path) = shared("cornell-box-mitsuba/cornell-box-small.xml") else {
         return;
@@ -339,6 +360,52 @@ fn the_cornell_box_is_read() {
     assert_eq!(s.integrator.max_depth, Some(6));
     assert_close(s.shapes[0].emission.unwrap(), [20.7108, 10.8546, 2.77115]);
     assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+}
+
+/// Positions and normals of a teapot under a shearing transformation, from Mitsuba 3.9.1 in single precision.
+#[test]
+fn the_teapot_has_mitsuba_s_normals() {
+    const TOLERANCE: f64 = 2e-5;
+    let Some(path) = shared("meshes/teapot.obj") else {
+        return;
+    };
+    let s = scene(&format!(
+        r#"<shape type="obj"><string name="filename" value="{}"/><transform name="to_world">
+            <rotate angle="30" x="0.6" y="0.8"/><scale x="3" y="0.5" z="-1"/></transform></shape>"#,
+        path.display()
+    ));
+    let (Geometry::Mesh(mesh), m) = (&s.shapes[0].geometry, s.shapes[0].to_world) else {
+        panic!()
+    };
+    assert_eq!((mesh.positions.len(), mesh.faces.len()), (3644, 6320));
+    let to_world = m.matrix3.inverse().transpose();
+    for (i, position, normal) in [
+        (
+            0,
+            [3.949280023574829, 1.237086296081543, 0.013535305857658386],
+            [0.3074052929878235, 0.8227416276931763, 0.478119432926178],
+        ),
+        (
+            500,
+            [-0.8081120848655701, 1.2452154159545898, 0.8913091421127319],
+            [0.044177696108818054, -0.8844138979911804, -0.46460774540901184],
+        ),
+        (
+            1000,
+            [1.1079856157302856, 0.3496479094028473, 1.430979609489441],
+            [-0.021060392260551453, 0.8007699847221375, -0.5986016392707825],
+        ),
+    ] {
+        let (p, n) = (
+            m.transform_point3(mesh.positions[i]),
+            (to_world * mesh.normals[i]).normalize(),
+        );
+        assert!(
+            p.abs_diff_eq(position.into(), TOLERANCE),
+            "{p}, Mitsuba has {position:?}"
+        );
+        assert!(n.abs_diff_eq(normal.into(), TOLERANCE), "{n}, Mitsuba has {normal:?}");
+    }
 }
 
 #[test]

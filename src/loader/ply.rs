@@ -81,7 +81,7 @@ mod tests {
             put(vec![flag]);
             put(vec![face.len() as u8]);
             for i in face {
-                put((*i as i32).to_le_bytes().into());
+                put(i32::to_le_bytes(*i).into());
             }
         }
         out

@@ -89,7 +89,7 @@ mod tests {
     const TOLERANCE: f64 = 5e-6;
 
     fn assert_rows(m: DAffine3, rows: [[f64; 3]; 3]) {
-        let linear = DMat3::from(m.matrix3);
+        let linear = m.matrix3;
         for (i, row) in rows.into_iter().enumerate() {
             assert!(
                 linear.row(i).abs_diff_eq(DVec3::from(row), TOLERANCE),

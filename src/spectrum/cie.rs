@@ -27,8 +27,8 @@ pub fn d65(nm: f64) -> f64 {
 }
 
 fn interpolate(table: &[f64; COUNT], nm: f64) -> f64 {
-    // Written so that NaN is outside.
-    if !(nm >= FIRST_NM && nm <= LAST_NM) {
+    // NaN is outside.
+    if !(FIRST_NM..=LAST_NM).contains(&nm) {
         return 0.0;
     }
     let t = (nm - FIRST_NM) / STEP_NM;

@@ -128,6 +128,26 @@ fn side(p: &Params<'_>, name: &'static str, default: u32) -> Result<u32> {
     Ok(value)
 }
 
+/// What is wrong with a film of this size, all of it to be rendered.
+pub(crate) fn check_size(width: u32, height: u32) -> std::result::Result<(), String> {
+    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
+        return Err(format!(
+            "{width}x{height}: a film has between 1 and {MAX_SIDE} pixels a side"
+        ));
+    }
+    check_pixels(width, height)
+}
+
+fn check_pixels(width: u32, height: u32) -> std::result::Result<(), String> {
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels <= MAX_PIXELS {
+        return Ok(());
+    }
+    Err(format!(
+        "{width}x{height}: {pixels} pixels are too many; at most {MAX_PIXELS} can be rendered"
+    ))
+}
+
 fn crop(p: &Params<'_>, width: u32, height: u32) -> Result<Crop> {
     let crop = Crop {
         x: p.unsigned("crop_offset_x", 0, 0)?,
@@ -156,13 +176,7 @@ fn crop(p: &Params<'_>, width: u32, height: u32) -> Result<Crop> {
             height,
         ));
     }
-    let pixels = u64::from(crop.width) * u64::from(crop.height);
-    if pixels > MAX_PIXELS {
-        return Err(p.error(
-            "width",
-            format!("{pixels} pixels are too many; at most {MAX_PIXELS} can be rendered"),
-        ));
-    }
+    check_pixels(crop.width, crop.height).map_err(|m| p.error("width", m))?;
     Ok(crop)
 }
 

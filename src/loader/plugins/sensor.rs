@@ -34,7 +34,7 @@ pub(crate) fn sensor(b: &mut Builder<'_>, id: ObjectId, _at: Loc) -> Result<Came
 
 fn perspective(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Camera> {
     let to_world = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
-    let m = DMat3::from(to_world.matrix3);
+    let m = to_world.matrix3;
     // Written so that NaN is a scale.
     if !(m.transpose() * m).abs_diff_eq(DMat3::IDENTITY, SCALE_TOLERANCE) {
         return Err(p.error("to_world", "the transformation of a camera must not scale or shear"));

@@ -114,7 +114,7 @@ fn sphere(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     let centre = p.vector("center")?.unwrap_or(DVec3::ZERO);
     let radius = p.float("radius")?.unwrap_or(1.0);
     let m = to_world(p)?;
-    let linear = DMat3::from(m.matrix3);
+    let linear = m.matrix3;
     let Some(scale) = uniform_scale(linear, SPHERE_TOLERANCE) else {
         return Err(p.error(
             "to_world",
@@ -167,7 +167,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
         .find_file(file, p.at("filename"))
         .map_err(|m| p.error("filename", m))?;
     let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
-    let linear = normals::frame(DMat3::from(to_world.matrix3));
+    let linear = normals::frame(to_world.matrix3);
     // A mesh that needs no normals of its own computing is the same in every frame, but that shows only once it is read.
     let key = |linear: DMat3| MeshKey {
         path: canonical.clone(),
