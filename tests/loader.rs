@@ -105,6 +105,83 @@ fn every_prefix_of_a_scene_is_an_error() {
     }
 }
 
+/// Everything the loader knows, to be broken at random.
+const RICH: &str = r##"<scene version="3.0.0"><default name="spp" value="16"/><path value="."/>
+    <integrator type="direct"><boolean name="hide_emitters" value="true"/></integrator>
+    <sensor type="perspective"><float name="fov" value="40"/><string name="fov_axis" value="smaller"/>
+        <transform name="to_world"><lookat origin="1, 2, 3" target="0 0 0" up="0 1 0"/></transform>
+        <sampler type="stratified"><integer name="sample_count" value="$spp"/></sampler>
+        <film type="hdrfilm"><integer name="crop_width" value="7"/><rfilter type="box"/></film></sensor>
+    <bsdf type="twosided" id="a"><bsdf type="roughconductor"><string name="material" value="Cu"/>
+        <float name="alpha" value="0.2"/><string name="distribution" value="ggx"/></bsdf><ref id="b"/></bsdf>
+    <bsdf type="diffuse" id="b"><spectrum name="reflectance" value="400:0.1, 600:0.7"/></bsdf>
+    <bsdf type="dielectric" id="c"><string name="int_ior" value="water"/></bsdf><alias id="c" as="d"/>
+    <shape type="obj"><string name="filename" value="m.obj"/><ref id="a"/><transform name="to_world">
+        <rotate angle="30" y="1"/><scale value="2"/><matrix value="1 0 0 0 2 0 0 0 3"/></transform></shape>
+    <shape type="ply"><string name="filename" value="m.ply"/><ref id="d"/></shape>
+    <shape type="sphere"><point name="center" value="1 2 3"/><ref id="b"/>
+        <emitter type="area"><rgb name="radiance" value="#ff8000"/></emitter></shape>
+    <emitter type="constant"><rgb name="radiance" value="1 2 3"/></emitter></scene>"##;
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -1 -2 -3\n";
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n";
+
+/// Bytes to break files with.
+const BREAKERS: &[u8] = b"<>/\"=-$#:.,9e0 \n\\\xff\0n";
+
+fn broken(text: &str, random: &mut impl FnMut(usize) -> usize) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    for _ in 0..=random(3) {
+        let at = random(bytes.len() - 1);
+        match random(4) {
+            0 => bytes[at] = BREAKERS[random(BREAKERS.len())],
+            1 => bytes.insert(at, BREAKERS[random(BREAKERS.len())]),
+            2 => drop(bytes.drain(at..(at + random(20)).min(bytes.len() - 2))),
+            _ => {
+                let piece = bytes[at..(at + random(60)).min(bytes.len())].to_vec();
+                let to = random(bytes.len());
+                bytes.splice(to..to, piece);
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn broken_files_are_errors_or_scenes_but_never_panics() {
+    const TRIALS: usize = 1500;
+    let mut state = 1_u64;
+    let mut random = |below: usize| {
+        // Knuth, The Art of Computer Programming 2, 3.3.4: MMIX's generator.
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 33) as usize % below.max(1)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    write("m.obj", OBJ.as_bytes());
+    write("m.ply", PLY.as_bytes());
+    write("scene.xml", RICH.as_bytes());
+    let whole = load(&path, &LoadOptions::default()).unwrap();
+    assert_eq!((whole.shapes.len(), whole.bsdfs.len(), whole.lights.len()), (3, 4, 1));
+    for trial in 0..TRIALS {
+        let (name, text) = [("scene.xml", RICH), ("m.obj", OBJ), ("m.ply", PLY)][trial % 3];
+        write(name, &broken(text, &mut random));
+        for lenient in [false, true] {
+            let _ = load(
+                &path,
+                &LoadOptions {
+                    lenient,
+                    ..Default::default()
+                },
+            );
+        }
+        write(name, text.as_bytes());
+    }
+}
+
 #[test]
 fn defaults_are_mitsuba_s() {
     let s = scene(r#"<shape type="sphere"/><shape type="rectangle"><emitter type="area"/></shape>"#);

@@ -33,12 +33,12 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         None => Integrator::default(),
     };
     let mut cameras = Vec::new();
-    for (id, at) in b.distinct(&root, Category::Sensor)? {
-        cameras.push(plugins::sensor::sensor(&mut b, id, at)?);
+    for (id, _) in b.distinct(&root, Category::Sensor)? {
+        cameras.push(plugins::sensor::sensor(&mut b, id)?);
     }
     let mut shapes: Vec<Shape> = Vec::new();
-    for (id, at) in b.distinct(&root, Category::Shape)? {
-        shapes.push(plugins::shape::shape(&mut b, id, at)?);
+    for (id, _) in b.distinct(&root, Category::Shape)? {
+        shapes.push(plugins::shape::shape(&mut b, id)?);
     }
     let lights = b.lights(&root)?;
     b.check_unused(&root)?;

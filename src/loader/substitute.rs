@@ -65,7 +65,11 @@ impl Parameters {
                 continue;
             }
             out.push_str(before);
-            match self.list.iter_mut().find(|p| after.starts_with(&p.name)) {
+            match self
+                .list
+                .iter_mut()
+                .find(|p| !p.name.is_empty() && after.starts_with(&p.name))
+            {
                 Some(parameter) => {
                     parameter.pending = false;
                     out.push_str(&parameter.value);

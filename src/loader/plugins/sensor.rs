@@ -6,7 +6,6 @@ use crate::error::Result;
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId};
 use crate::loader::params::Params;
-use crate::loader::source::Loc;
 use glam::{DAffine3, DMat3};
 
 type SensorFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Camera>;
@@ -25,7 +24,7 @@ const DEFAULT_FOCAL_LENGTH_MM: f64 = 50.0;
 const SCALE_TOLERANCE: f64 = 1e-3;
 
 /// A sensor of the scene.
-pub(crate) fn sensor(b: &mut Builder<'_>, id: ObjectId, _at: Loc) -> Result<Camera> {
+pub(crate) fn sensor(b: &mut Builder<'_>, id: ObjectId) -> Result<Camera> {
     let p = Params::new(b.document, id);
     let made = find(b.document, id, SENSORS)?(b, &p)?;
     p.finish(b)?;

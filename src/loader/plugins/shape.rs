@@ -7,7 +7,6 @@ use crate::error::{Error, Result};
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId};
 use crate::loader::params::Params;
-use crate::loader::source::Loc;
 use crate::loader::{normals, obj, ply};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
@@ -46,7 +45,7 @@ pub(crate) struct MeshKey {
 }
 
 /// A shape of the scene.
-pub(crate) fn shape(b: &mut Builder<'_>, id: ObjectId, _at: Loc) -> Result<Shape> {
+pub(crate) fn shape(b: &mut Builder<'_>, id: ObjectId) -> Result<Shape> {
     let p = Params::new(b.document, id);
     let make = find(b.document, id, SHAPES)?;
     let emission = match p.child(Category::Emitter)? {
