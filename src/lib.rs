@@ -10,5 +10,7 @@ pub mod accel;
 pub mod description;
 pub mod error;
 pub mod math;
+pub mod sampler;
+pub mod sampling;
 pub mod shape;
 pub mod spectrum;
