@@ -7,8 +7,11 @@
 //! Each module uses only modules of lower rows of the table in ARCHITECTURE.md.
 
 pub mod accel;
+pub mod bsdf;
 pub mod description;
 pub mod error;
+pub mod film;
+pub mod image;
 pub mod math;
 pub mod sampler;
 pub mod sampling;

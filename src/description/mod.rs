@@ -4,6 +4,7 @@
 //! linear sRGB; everything with a length in it is in the file's units; angles are in degrees where the field says so.
 
 use crate::error::Span;
+pub use crate::image::{ComponentFormat, Crop};
 use crate::spectrum::Rgb;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
@@ -115,33 +116,11 @@ pub struct Film {
     pub component_format: ComponentFormat,
 }
 
-/// A rectangle of pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crop {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns, at least 1.
-    pub width: u32,
-    /// Rows, at least 1.
-    pub height: u32,
-}
-
 /// A reconstruction filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
     /// Every sample counts fully for the pixel it falls into, and for no other.
     Box,
-}
-
-/// Type of a stored pixel value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ComponentFormat {
-    /// 16-bit floating point.
-    Half,
-    /// 32-bit floating point.
-    Float,
 }
 
 /// What the file says of the sampler; its type is a hint that snell does not follow.
