@@ -2,4 +2,4 @@
 
 mod perspective;
 
-pub use perspective::Perspective;
+pub use perspective::{Perspective, Pinhole};

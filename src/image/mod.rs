@@ -5,7 +5,7 @@ mod output;
 mod png_file;
 
 pub use exr_file::Metadata;
-pub use output::{Format, OutputFile, WriteOptions};
+pub use output::{Format, OutputFile, WriteOptions, write_whole};
 
 use crate::spectrum::Rgb;
 

@@ -4,6 +4,7 @@ use super::exr_file::{self, ExrOptions, Metadata};
 use super::{Picture, png_file};
 use super::{ComponentFormat, Crop};
 use crate::error::{Error, Result};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -42,6 +43,31 @@ pub struct WriteOptions {
     pub metadata: Metadata,
 }
 
+/// Writes `bytes` to `path`, whole or not at all.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let fail = |e: std::io::Error| Error::file(path, format!("cannot write: {e}"));
+    let mut temporary = temporary_beside(path).map_err(fail)?;
+    temporary.write_all(bytes).map_err(fail)?;
+    temporary.as_file_mut().sync_all().map_err(fail)?;
+    temporary.persist(path).map_err(|e| fail(e.error))?;
+    Ok(())
+}
+
+/// A new file in the folder of `path`, to be renamed to it.
+fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    let prefix = format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy());
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(".tmp");
+    // As any new file: what the user's mask allows, not the private mode of temporary files.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
 /// A place for a picture, reserved before the render so that it is known to be writable. Nothing is left behind if it
 /// is dropped unwritten.
 pub struct OutputFile {
@@ -57,29 +83,26 @@ impl OutputFile {
         if path.is_dir() {
             return Err(Error::file(path, "cannot write the picture: this is a folder"));
         }
-        let folder = match path.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p,
-            _ => Path::new("."),
-        };
-        if !folder.is_dir() {
+        if let Some(folder) = path.parent()
+            && !folder.as_os_str().is_empty()
+            && !folder.is_dir()
+        {
             let message = format!("cannot write the picture: the folder {} does not exist", folder.display());
             return Err(Error::file(path, message));
         }
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let mut builder = tempfile::Builder::new();
-        let prefix = format!(".{name}.");
-        builder.prefix(&prefix).suffix(".tmp");
-        // As any new file: what the user's mask allows, not the private mode of temporary files.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let temporary =
-            builder.tempfile_in(folder).map_err(|e| Error::file(path, format!("cannot write the picture: {e}")))?;
+            temporary_beside(path).map_err(|e| Error::file(path, format!("cannot write the picture: {e}")))?;
         Ok(Self { path: path.to_owned(), format, temporary })
     }
 
     /// The name that the picture will have.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The name that it has until it is written.
+    pub fn temporary_path(&self) -> &Path {
+        self.temporary.path()
     }
 
     /// Writes the picture and gives it its name. Returns how many values did not fit the file's type and were clamped.
