@@ -16,6 +16,7 @@ pub mod film;
 pub mod image;
 pub mod integrator;
 pub mod light;
+pub mod loader;
 pub mod math;
 pub mod render;
 pub mod sampler;

@@ -47,7 +47,8 @@ fn samples_follow_the_density() {
 fn the_chi_square_test_rejects_a_wrong_density() {
     let bsdf = Bsdf::Diffuse(Diffuse { reflectance: Rgb::WHITE });
     let wo = Vec3::Z;
-    let z = chi_square_deviation(|u| bsdf.sample(wo, u).map(|s| s.wi), |wi| if wi.z > 0.0 { 0.159_154_94 } else { 0.0 });
+    let z =
+        chi_square_deviation(|u| bsdf.sample(wo, u).map(|s| s.wi), |wi| if wi.z > 0.0 { 0.159_154_94 } else { 0.0 });
     assert!(z > 50.0, "{z}");
 }
 
@@ -158,7 +159,10 @@ fn edges_of_the_parameters_stay_finite() {
             for u in uniforms(2000, 9) {
                 if let Some(s) = metal.sample(wo, u) {
                     let pdf = s.pdf.unwrap().0;
-                    assert!(s.wi.is_finite() && s.weight.is_finite() && pdf > 0.0 && !pdf.is_nan(), "α {alpha} z {z}: {s:?}");
+                    assert!(
+                        s.wi.is_finite() && s.weight.is_finite() && pdf > 0.0 && !pdf.is_nan(),
+                        "α {alpha} z {z}: {s:?}"
+                    );
                     assert!(metal.eval(wo, s.wi).is_finite(), "α {alpha} z {z}");
                 }
             }

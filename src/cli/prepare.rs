@@ -36,11 +36,8 @@ pub(super) fn prepare(args: &SceneArgs, pool: &ThreadPool) -> Result<Prepared> {
     let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient };
     let mut description = loader::load(&args.scene, &options)?;
     adjust_film(&mut description, args)?;
-    let options = CompileOptions {
-        accelerator: args.accel.into(),
-        threads: pool.current_num_threads(),
-        camera: args.camera,
-    };
+    let options =
+        CompileOptions { accelerator: args.accel.into(), threads: pool.current_num_threads(), camera: args.camera };
     let compiled = pool.install(|| compile(&description, &options))?;
     let mut warnings = description.warnings.clone();
     warnings.extend(compiled.warnings);

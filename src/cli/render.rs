@@ -69,7 +69,8 @@ fn reserve(args: &RenderArgs) -> Result<Vec<OutputFile>> {
     if args.replay.is_some() {
         return Ok(Vec::new());
     }
-    let named_after_scene = || vec![PathBuf::from(args.scene.scene.with_extension("exr").file_name().unwrap_or_default())];
+    let named_after_scene =
+        || vec![PathBuf::from(args.scene.scene.with_extension("exr").file_name().unwrap_or_default())];
     let paths = if args.output.is_empty() { named_after_scene() } else { args.output.clone() };
     paths.iter().map(|p| OutputFile::reserve(p)).collect()
 }
@@ -108,7 +109,10 @@ fn report(args: &RenderArgs, rendered: &Rendered, say: &dyn Fn(std::fmt::Argumen
     let (samples, rays) = (rate(rendered.samples), rate(rendered.rays.total()));
     say(format_args!("{what} {seconds:.2} s, {samples}samples/s, {rays}rays/s"));
     if rendered.dropped.count > 0 {
-        say(format_args!("warning: {} samples were not finite and were left out; to see them:", rendered.dropped.count));
+        say(format_args!(
+            "warning: {} samples were not finite and were left out; to see them:",
+            rendered.dropped.count
+        ));
         for s in &rendered.dropped.examples {
             say(format_args!("  snell render {} --replay {},{},{}", args.scene.scene.display(), s.x, s.y, s.index));
         }

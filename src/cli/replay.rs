@@ -12,7 +12,10 @@ use std::io::Write;
 pub(super) fn run(scene: &Scene, settings: &RenderSettings, id: SampleId) -> Result<()> {
     let (w, h) = scene.film.size;
     if id.x >= w || id.y >= h {
-        return Err(Error::Usage(format!("--replay: pixel {},{} is outside the picture, which is {w}x{h}", id.x, id.y)));
+        return Err(Error::Usage(format!(
+            "--replay: pixel {},{} is outside the picture, which is {w}x{h}",
+            id.x, id.y
+        )));
     }
     let mut out = std::io::stdout().lock();
     let mut print = |event: Event| {
@@ -31,7 +34,10 @@ fn describe(scene: &Scene, event: Event) -> String {
     match event {
         Event::Traced { vertex, ray, hit } => {
             let o = ray.o.as_dvec3() / scene.unit + scene.centre;
-            let from = format!("vertex {vertex}: from ({}, {}, {}) along ({}, {}, {})", o.x, o.y, o.z, ray.d.x, ray.d.y, ray.d.z);
+            let from = format!(
+                "vertex {vertex}: from ({}, {}, {}) along ({}, {}, {})",
+                o.x, o.y, o.z, ray.d.x, ray.d.y, ray.d.z
+            );
             if !hit.is_some() {
                 return format!("{from} nothing is met");
             }

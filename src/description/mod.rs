@@ -55,12 +55,7 @@ pub enum IntegratorKind {
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self {
-            kind: IntegratorKind::Path,
-            max_depth: None,
-            rr_depth: 5,
-            hide_emitters: false,
-        }
+        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
     }
 }
 

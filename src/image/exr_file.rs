@@ -3,11 +3,11 @@
 use super::Picture;
 use super::output::WriteOptions;
 use super::{ComponentFormat, Crop};
-use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, IntegerBounds, Layer,
-    LayerAttributes, SmallVec, Text, Vec2, WritableImage, f16,
-};
 use exr::meta::attribute::Chromaticities;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
+    SmallVec, Text, Vec2, WritableImage, f16,
+};
 use std::fs::File;
 use std::io::BufWriter;
 

@@ -1,8 +1,8 @@
 //! An output file that exists whole or not at all: written beside its place under a temporary name, then renamed.
 
 use super::exr_file::{self, ExrOptions, Metadata};
-use super::{Picture, png_file};
 use super::{ComponentFormat, Crop};
+use super::{Picture, png_file};
 use crate::error::{Error, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};

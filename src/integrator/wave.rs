@@ -258,7 +258,8 @@ impl Walker<'_> {
         let weight = match path.segment {
             Segment::Delta => 1.0,
             Segment::Smooth { pdf: bsdf, from } => {
-                let light = if T::SAMPLES_LIGHTS { pdf(from) * self.scene.light_sampler.pmf() } else { SolidAnglePdf(0.0) };
+                let light =
+                    if T::SAMPLES_LIGHTS { pdf(from) * self.scene.light_sampler.pmf() } else { SolidAnglePdf(0.0) };
                 T::found_weight(bsdf, light)
             }
         };

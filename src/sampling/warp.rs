@@ -46,7 +46,7 @@ pub fn disk_to_square(p: Vec2) -> Vec2 {
         (r, phi * r / FRAC_PI_4)
     } else if (FRAC_PI_4..3.0 * FRAC_PI_4).contains(&phi) {
         (-(phi - FRAC_PI_2) * r / FRAC_PI_4, r)
-    } else if phi >= 3.0 * FRAC_PI_4 || phi < -3.0 * FRAC_PI_4 {
+    } else if !(-3.0 * FRAC_PI_4..3.0 * FRAC_PI_4).contains(&phi) {
         let from_left = if phi < 0.0 { phi + PI } else { phi - PI };
         (-r, -from_left * r / FRAC_PI_4)
     } else {

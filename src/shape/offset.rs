@@ -51,7 +51,15 @@ impl SurfacePoint {
         let e = UNIT_ROUNDOFF * self.p.abs().as_vec3() + gamma(INTERSECTION_ROUNDINGS) * extent;
         let delta = f64::from(n.abs().dot(e));
         let moved = self.p + n.as_dvec3() * delta;
-        let away = |x: f64, n: f32| if n > 0.0 { round_up(x) } else if n < 0.0 { round_down(x) } else { x as f32 };
+        let away = |x: f64, n: f32| {
+            if n > 0.0 {
+                round_up(x)
+            } else if n < 0.0 {
+                round_down(x)
+            } else {
+                x as f32
+            }
+        };
         Vec3::new(away(moved.x, n.x), away(moved.y, n.y), away(moved.z, n.z))
     }
 }

@@ -9,19 +9,14 @@ use crate::shape::{Shape, TriangleMesh};
 use glam::{DMat3, DVec3};
 
 /// The corners of the rectangle [−1, 1]², counter-clockwise from its front.
-const RECTANGLE: [DVec3; 4] = [
-    DVec3::new(-1.0, -1.0, 0.0),
-    DVec3::new(1.0, -1.0, 0.0),
-    DVec3::new(1.0, 1.0, 0.0),
-    DVec3::new(-1.0, 1.0, 0.0),
-];
+const RECTANGLE: [DVec3; 4] =
+    [DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.0), DVec3::new(-1.0, 1.0, 0.0)];
 
 /// The box around every surface, in the file's world space.
 pub(super) fn bounds(description: &SceneDescription) -> DBounds {
     description.shapes.iter().fold(DBounds::EMPTY, |all, shape| {
-        let points = |points: &[DVec3]| {
-            points.iter().fold(DBounds::EMPTY, |b, &p| b.with(shape.to_world.transform_point3(p)))
-        };
+        let points =
+            |points: &[DVec3]| points.iter().fold(DBounds::EMPTY, |b, &p| b.with(shape.to_world.transform_point3(p)));
         all.union(match &shape.geometry {
             Geometry::Mesh(mesh) => points(&mesh.positions),
             Geometry::Rectangle => points(&RECTANGLE),
@@ -114,8 +109,7 @@ fn world_sphere(shape: &description::Shape) -> Option<(DVec3, f64)> {
 }
 
 fn positions(shape: &description::Shape, points: &[DVec3], to_scene: &ToScene) -> Result<Vec<glam::Vec3>> {
-    let points: Vec<_> =
-        points.iter().map(|&p| to_scene.point(shape.to_world.transform_point3(p)).as_vec3()).collect();
+    let points: Vec<_> = points.iter().map(|&p| to_scene.point(shape.to_world.transform_point3(p)).as_vec3()).collect();
     if points.iter().all(|p| p.is_finite()) { Ok(points) } else { Err(not_finite(shape)) }
 }
 
