@@ -85,9 +85,9 @@ fn show_lines(progress: &Progress, total: u64, stopped: &Receiver<()>) {
 /// A number with a prefix: `1.23 M`.
 pub(super) fn quantity(x: f64) -> String {
     match x {
-        x if x >= 1e9 => format!("{:.2} G", x * 1e-9),
-        x if x >= 1e6 => format!("{:.2} M", x * 1e-6),
-        x if x >= 1e3 => format!("{:.2} k", x * 1e-3),
+        x if x >= 1e9 => format!("{:.2} G", x / 1e9),
+        x if x >= 1e6 => format!("{:.2} M", x / 1e6),
+        x if x >= 1e3 => format!("{:.2} k", x / 1e3),
         x => format!("{x:.0} "),
     }
 }
