@@ -155,3 +155,72 @@ pub fn mean(picture: &Picture) -> f64 {
 pub fn project(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
+
+/// A scene file of the project, with parameters.
+pub fn load(path: &str, defines: &[(&str, &str)]) -> SceneDescription {
+    let defines = defines.iter().map(|(n, v)| ((*n).into(), (*v).into())).collect();
+    let options = snell::loader::LoadOptions { defines, lenient: false };
+    snell::loader::load(&project(path), &options).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+/// The file's own integrator limits, with an estimator of ours.
+pub fn file_settings(scene: &SceneDescription, estimator: Estimator, samples: u32) -> RenderSettings {
+    let mut s = settings(estimator, samples);
+    s.integrator.max_depth = scene.integrator.max_depth.unwrap_or(u32::MAX);
+    s.integrator.rr_depth = scene.integrator.rr_depth;
+    s
+}
+
+/// Means over 8×8 pixels and the channels, and the variances of these means, from pictures of independent seeds.
+pub struct Tiles {
+    pub mean: Vec<f64>,
+    pub variance: Vec<f64>,
+}
+
+/// Pixels along the edge of such a tile.
+const TILE: u32 = 8;
+
+/// Means over the tiles of one picture.
+pub fn tile_means(picture: &Picture) -> Vec<f64> {
+    let (across, down) = (picture.width() / TILE, picture.height() / TILE);
+    let tile = |i: u32| {
+        let (x0, y0) = (i % across * TILE, i / across * TILE);
+        let pixels = (0..TILE * TILE).map(|k| picture.get(x0 + k % TILE, y0 + k / TILE));
+        pixels.flat_map(|p| p.to_array()).map(f64::from).sum::<f64>() / f64::from(3 * TILE * TILE)
+    };
+    (0..across * down).map(tile).collect()
+}
+
+impl Tiles {
+    /// From `seeds` renders.
+    pub fn of(scene: &Scene, settings: &RenderSettings, seeds: u64) -> Self {
+        let pictures: Vec<Vec<f64>> = (0..seeds)
+            .map(|seed| {
+                let mut s = *settings;
+                s.sampler.seed = 1000 + seed;
+                tile_means(&picture(scene, &s))
+            })
+            .collect();
+        let n = pictures.len() as f64;
+        let mean: Vec<f64> =
+            (0..pictures[0].len()).map(|i| pictures.iter().map(|p| p[i]).sum::<f64>() / n).collect();
+        let squares = |i: usize| pictures.iter().map(|p| (p[i] - mean[i]) * (p[i] - mean[i])).sum::<f64>();
+        let variance = (0..mean.len()).map(|i| squares(i) / (n - 1.0) / n).collect();
+        Self { mean, variance }
+    }
+
+    /// z of the difference of the picture means, and the largest |z| of any tile.
+    pub fn z_against(&self, other: &Self) -> (f64, f64) {
+        let n = self.mean.len() as f64;
+        let sum = |v: &[f64]| v.iter().sum::<f64>();
+        // Tiles of one picture are independent, so their variances add.
+        let whole = (sum(&self.mean) - sum(&other.mean)) / n;
+        let whole_z = whole / ((sum(&self.variance) + sum(&other.variance)).sqrt() / n);
+        let tile_z = |i: usize| {
+            let v = self.variance[i] + other.variance[i];
+            let d = self.mean[i] - other.mean[i];
+            if d == 0.0 { 0.0 } else { (d / v.sqrt()).abs() }
+        };
+        (whole_z, (0..self.mean.len()).map(tile_z).fold(0.0, f64::max))
+    }
+}
