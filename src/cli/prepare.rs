@@ -1,7 +1,7 @@
 //! From the arguments to a compiled scene.
 
 use super::args::SceneArgs;
-use crate::description::SceneDescription;
+use crate::description::{Film, SceneDescription};
 use crate::error::{Error, Result};
 use crate::image::Crop;
 use crate::loader::{self, LoadOptions};
@@ -50,7 +50,9 @@ fn adjust_film(description: &mut SceneDescription, args: &SceneArgs) -> Result<(
     let Some(camera) = description.cameras.get_mut(args.camera) else { return Ok(()) };
     let film = &mut camera.film;
     if let Some((width, height)) = args.size {
-        loader::check_film_size(width, height).map_err(|m| Error::Usage(format!("--size: {m}")))?;
+        for side in [width, height] {
+            Film::check_side(side).map_err(|m| Error::Usage(format!("--size: {m}")))?;
+        }
         (film.width, film.height) = (width, height);
         film.crop = Crop { x: 0, y: 0, width, height };
     }
@@ -62,5 +64,5 @@ fn adjust_film(description: &mut SceneDescription, args: &SceneArgs) -> Result<(
         }
         film.crop = crop;
     }
-    Ok(())
+    Film::check_pixels(film.crop).map_err(|m| Error::Usage(format!("--size: {m}")))
 }

@@ -55,7 +55,12 @@ pub enum IntegratorKind {
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
+        Self {
+            kind: IntegratorKind::Path,
+            max_depth: None,
+            rr_depth: 5,
+            hide_emitters: false,
+        }
     }
 }
 
@@ -114,6 +119,32 @@ pub struct Film {
     pub filter: Filter,
     /// Type of a stored pixel value.
     pub component_format: ComponentFormat,
+}
+
+impl Film {
+    /// Largest width and height. Reason: a camera ray tells a millionth of the picture's width in single precision, but
+    /// not much less.
+    pub const MAX_SIDE: u32 = 1_000_000;
+
+    /// Most pixels to render. Reason: their sums take 64 bytes each, 16 GiB in all.
+    pub const MAX_PIXELS: u64 = 1 << 28;
+
+    /// Refuses a width or height that is too large.
+    pub fn check_side(pixels: u32) -> Result<(), String> {
+        if pixels <= Self::MAX_SIDE {
+            return Ok(());
+        }
+        Err(format!("{pixels} pixels a side are too many; at most {} can be rendered", Self::MAX_SIDE))
+    }
+
+    /// Refuses more pixels than can be rendered.
+    pub fn check_pixels(crop: Crop) -> Result<(), String> {
+        let pixels = u64::from(crop.width) * u64::from(crop.height);
+        if pixels <= Self::MAX_PIXELS {
+            return Ok(());
+        }
+        Err(format!("{pixels} pixels are too many; at most {} can be rendered", Self::MAX_PIXELS))
+    }
 }
 
 /// A reconstruction filter.
