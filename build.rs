@@ -12,7 +12,7 @@ fn main() {
 mod embree {
     use std::env;
     use std::path::{Path, PathBuf};
-    use std::process::{Command, exit};
+    use std::process::Command;
 
     /// Where the compiler and the linker look anyway, so that neither a path nor an rpath is needed.
     const SYSTEM_PREFIX: &str = "/usr";
@@ -40,7 +40,10 @@ mod embree {
     pub(crate) fn compile_shim() {
         println!("cargo::rerun-if-changed=ffi/embree_shim.c");
         println!("cargo::rerun-if-changed=ffi/embree_shim.h");
-        let found = find().unwrap_or_else(|tried| fail(&tried));
+        let found = match find() {
+            Ok(found) => found,
+            Err(tried) => return fail(&tried),
+        };
         let mut build = cc::Build::new();
         build.file("ffi/embree_shim.c").std("c11").warnings(true);
         build.define("SNELL_EMBREE_MAJOR", found.major.to_string().as_str());
@@ -58,7 +61,7 @@ mod embree {
                 found.include.display()
             );
             println!("cargo::error={}", message.replace('\n', " "));
-            exit(1);
+            return;
         }
         println!("cargo::rustc-link-lib=dylib=embree{}", found.major);
     }
@@ -159,8 +162,8 @@ mod embree {
         dir.join(name).is_file()
     }
 
-    /// Says all there is to say in one message, without the noise of a panic.
-    fn fail(tried: &[String]) -> ! {
+    /// Says all there is to say in one message. Cargo stops for it, and without an exit code of failure adds no noise.
+    fn fail(tried: &[String]) {
         println!(
             "cargo::error=Embree 3 or 4 was not found: no include/embree4/rtcore.h or include/embree3/rtcore.h with its \
              library in {}. Install it (Debian, Ubuntu: apt install libembree-dev; Fedora: dnf install embree-devel; \
@@ -168,7 +171,6 @@ mod embree {
              include and lib, or build without it: cargo build --no-default-features",
             tried.join(", ")
         );
-        exit(1)
     }
 }
 

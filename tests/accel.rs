@@ -1,4 +1,5 @@
 //! Both accelerators against the oracle and against each other: what they find, what they lose, and who wins a tie.
+#![allow(clippy::print_stdout, reason = "says what was measured, if asked by --nocapture")]
 
 mod accel_support;
 
@@ -20,7 +21,7 @@ fn accelerators() -> Vec<Accelerator> {
 }
 
 fn build(which: Accelerator, shapes: &[Shape]) -> Accel {
-    Accel::build(which, shapes, 2).unwrap()
+    Accel::build(which, shapes, 2).expect("builds")
 }
 
 fn closest(accel: &Accel, rays: &[Ray]) -> Vec<Hit> {
@@ -208,7 +209,7 @@ fn closed_mesh_is_tight() {
             let allowed = if which == Accelerator::Native || kind == 0 {
                 0
             } else {
-                rays.len() / 100
+                rays.len() / 50
             };
             assert!(
                 lost <= allowed && open <= allowed,

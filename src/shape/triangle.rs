@@ -27,7 +27,7 @@
 //! makes the interval test exact for the f32 inputs, but for the rounding of f64.
 
 use crate::math::ray::Ray;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 /// The number of unit roundoffs of the largest coordinate of v − o that a sheared vertex may be off by.
 pub const SHEAR_ROUNDINGS: u32 = 6;
@@ -95,27 +95,25 @@ impl WatertightRay {
     #[inline]
     pub fn intersect(&self, v0: Vec3, v1: Vec3, v2: Vec3) -> Option<f32> {
         let mut distance = None;
-        self.intersect_lanes(&[v0, v1, v2].map(|v| v.to_array().map(|c| [c])), |_, t| {
+        self.intersect4(&[v0, v1, v2].map(|v| v.to_array().map(Vec4::splat)), |_, t| {
             distance = Some(t);
             true
         });
         distance
     }
 
-    /// [`Self::intersect`] for `N` triangles at once, stored as `v[vertex][axis][lane]`. Calls `on_hit` with the lane
-    /// and the distance of each hit until it returns true; returns whether it did.
+    /// [`Self::intersect`] for four triangles at once, stored as `v[vertex][axis]` with a lane each. Calls `on_hit` with
+    /// the lane and the distance of each hit until it returns true; returns whether it did.
     #[inline(always)]
-    pub fn intersect_lanes<const N: usize>(
-        &self,
-        v: &[[[f32; N]; 3]; 3],
-        mut on_hit: impl FnMut(usize, f32) -> bool,
-    ) -> bool {
-        let p = self.shear_lanes(v);
+    pub fn intersect4(&self, v: &[[Vec4; 3]; 3], mut on_hit: impl FnMut(usize, f32) -> bool) -> bool {
+        let p = self.shear4(v);
         let edges = edge_functions(&p);
-        let candidates: [bool; N] = std::array::from_fn(|lane| !opposite(edges.map(|e| e[lane])));
-        for lane in (0..N).filter(|&lane| candidates[lane]) {
-            let certain = edges.iter().all(|e| e[lane] < 0.0 || e[lane] > 0.0);
-            if !certain && !crosses_exactly(p.map(|v| v.map(|c| c[lane]))) {
+        let mut candidates = candidates(&edges);
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize;
+            candidates &= candidates - 1;
+            let certain = edges.iter().all(|e| e[lane].abs() > 0.0);
+            if !certain && !crosses_exactly(p.map(|p| p.map(|c| f64::from(c[lane])))) {
                 continue;
             }
             let t = self.exact.resolve(v.map(|v| v.map(|c| f64::from(c[lane])))).t;
@@ -126,62 +124,47 @@ impl WatertightRay {
         false
     }
 
-    /// The sheared (x', y') of all vertices, `[vertex][x or y][lane]`.
+    /// The sheared (x', y') of all vertices.
     #[inline(always)]
-    fn shear_lanes<const N: usize>(&self, v: &[[[f32; N]; 3]; 3]) -> [[[f32; N]; 2]; 3] {
+    fn shear4(&self, v: &[[Vec4; 3]; 3]) -> [[Vec4; 2]; 3] {
         let [x, y, z] = self.exact.axes;
         let [ox, oy, oz] = self.origin;
         let [sx, sy] = self.shear;
-        let mut p = [[[0.0; N]; 2]; 3];
-        for (p, v) in p.iter_mut().zip(v) {
-            for lane in 0..N {
-                let depth = v[z][lane] - oz;
-                p[0][lane] = (v[x][lane] - ox) - sx * depth;
-                p[1][lane] = (v[y][lane] - oy) - sy * depth;
-            }
-        }
-        p
+        [0, 1, 2].map(|i| {
+            let depth = v[i][z] - oz;
+            [(v[i][x] - ox) - sx * depth, (v[i][y] - oy) - sy * depth]
+        })
     }
 }
 
 /// The edge functions of sheared triangles. The two triangles at an edge get exactly opposite values, for the products
 /// are the same.
 #[inline(always)]
-fn edge_functions<const N: usize>(p: &[[[f32; N]; 2]; 3]) -> Edges<[f32; N]> {
-    let mut e = [[0.0; N]; 3];
-    for (i, e) in e.iter_mut().enumerate() {
-        let (a, b) = (&p[(i + 1) % 3], &p[(i + 2) % 3]);
-        for lane in 0..N {
-            e[lane] = b[0][lane] * a[1][lane] - b[1][lane] * a[0][lane];
-        }
-    }
-    e
-}
-
-/// Whether two of the edge functions have certainly opposite signs: the ray passes beside the triangle.
-#[inline(always)]
-fn opposite(e: Edges<f32>) -> bool {
-    let negative = (e[0] < 0.0) | (e[1] < 0.0) | (e[2] < 0.0);
-    let positive = (e[0] > 0.0) | (e[1] > 0.0) | (e[2] > 0.0);
-    negative & positive
-}
-
-/// Whether the origin lies in the triangle of these sheared vertices or on its rim, exactly; false for one without area.
-#[cold]
-fn crosses_exactly(p: [[f32; 2]; 3]) -> bool {
-    let p = p.map(|p| p.map(f64::from));
-    let e = edge_functions_f64(&p);
-    let negative = e.iter().any(|&e| e < 0.0);
-    let positive = e.iter().any(|&e| e > 0.0);
-    negative != positive
-}
-
-#[inline(always)]
-fn edge_functions_f64(p: &[[f64; 2]; 3]) -> Edges<f64> {
+fn edge_functions<T>(p: &[[T; 2]; 3]) -> Edges<T>
+where
+    T: Copy + std::ops::Mul<Output = T> + std::ops::Sub<Output = T>,
+{
     [0, 1, 2].map(|i| {
         let (a, b) = (p[(i + 1) % 3], p[(i + 2) % 3]);
         b[0] * a[1] - b[1] * a[0]
     })
+}
+
+/// The lanes where no two edge functions have certainly opposite signs, one bit each; those with a NaN may be among them.
+#[inline(always)]
+fn candidates(e: &Edges<Vec4>) -> u32 {
+    let negative = e[0].cmplt(Vec4::ZERO) | e[1].cmplt(Vec4::ZERO) | e[2].cmplt(Vec4::ZERO);
+    let positive = e[0].cmpgt(Vec4::ZERO) | e[1].cmpgt(Vec4::ZERO) | e[2].cmpgt(Vec4::ZERO);
+    !(negative & positive).bitmask() & 0b1111
+}
+
+/// Whether the origin lies in the triangle of these sheared vertices or on its rim, exactly; false for one without area.
+#[cold]
+fn crosses_exactly(p: [[f64; 2]; 3]) -> bool {
+    let e = edge_functions(&p);
+    let negative = e.iter().any(|&e| e < 0.0);
+    let positive = e.iter().any(|&e| e > 0.0);
+    negative != positive
 }
 
 impl ExactRay {
@@ -217,7 +200,7 @@ impl ExactRay {
             p[i][0] = (v[i][x] - self.origin[0]) - self.shear[0] * depth[i];
             p[i][1] = (v[i][y] - self.origin[1]) - self.shear[1] * depth[i];
         }
-        let e = edge_functions_f64(&p);
+        let e = edge_functions(&p);
         let size = p
             .iter()
             .flatten()

@@ -1,5 +1,9 @@
 //! Meshes and random numbers for the tests and the benchmark of the accelerators.
-#![allow(dead_code, reason = "each user needs a part")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "each of its users is a crate of its own and needs a part"
+)]
 
 use glam::{DVec3, Vec3};
 use snell::math::ray::Ray;

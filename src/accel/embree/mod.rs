@@ -8,7 +8,14 @@
 #![allow(unsafe_code, reason = "calls the C shim; no other module may")]
 
 #[rustfmt::skip]
-#[allow(dead_code, missing_docs, non_camel_case_types, unreachable_pub, reason = "generated, and C has its own names")]
+#[allow(
+    clippy::allow_attributes_without_reason,
+    dead_code,
+    missing_docs,
+    non_camel_case_types,
+    unreachable_pub,
+    reason = "generated, and C has its own names"
+)]
 mod bindings;
 
 use super::Hit;

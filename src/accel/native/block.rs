@@ -8,6 +8,7 @@ use super::{Nearest, PreparedRay};
 use crate::accel::Hit;
 use crate::shape::Shape;
 use crate::shape::sphere::Sphere;
+use glam::Vec4;
 
 /// Primitives in a leaf.
 pub(super) const BLOCK_SIZE: usize = 4;
@@ -31,17 +32,17 @@ fn lane(items: &[Item], lane: usize) -> &Item {
 
 /// Four triangles.
 #[derive(Debug)]
-#[repr(align(16))]
+#[repr(align(64))]
 pub(super) struct TriangleBlock {
-    /// `[vertex][axis][lane]`.
-    vertices: [[[f32; BLOCK_SIZE]; 3]; 3],
+    /// `[vertex][axis]`, a lane each.
+    vertices: [[Vec4; 3]; 3],
     ids: [Hit; BLOCK_SIZE],
 }
 
 impl Block for TriangleBlock {
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
         let ids = std::array::from_fn(|i| lane(items, i).id);
-        let mut vertices = [[[0.0; BLOCK_SIZE]; 3]; 3];
+        let mut vertices = [[Vec4::ZERO; 3]; 3];
         for (i, id) in ids.iter().enumerate() {
             let Shape::Mesh(mesh) = &shapes[id.shape as usize] else {
                 unreachable!("a block of triangles is built from meshes");
@@ -57,7 +58,7 @@ impl Block for TriangleBlock {
 
     #[inline(always)]
     fn closest(&self, ray: &PreparedRay, nearest: &mut Nearest) {
-        ray.watertight.intersect_lanes(&self.vertices, |lane, t| {
+        ray.watertight.intersect4(&self.vertices, |lane, t| {
             nearest.offer(t, self.ids[lane]);
             false
         });
@@ -65,7 +66,7 @@ impl Block for TriangleBlock {
 
     #[inline(always)]
     fn any(&self, ray: &PreparedRay) -> bool {
-        ray.watertight.intersect_lanes(&self.vertices, |_, _| true)
+        ray.watertight.intersect4(&self.vertices, |_, _| true)
     }
 }
 

@@ -9,12 +9,13 @@ mod build;
 mod wide;
 
 use super::Hit;
-use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use crate::shape::triangle::WatertightRay;
 use block::{SphereBlock, TriangleBlock};
 use build::Item;
+#[cfg(feature = "embree")]
+pub(crate) use wide::Stack as TraversalStack;
 use wide::{SlabRay, Stack, Tree};
 
 /// Both hierarchies; each is absent where the scene has nothing for it.
@@ -77,6 +78,7 @@ impl Native {
     }
 
     /// Whether it holds nothing.
+    #[cfg(feature = "embree")]
     pub(crate) fn is_empty(&self) -> bool {
         self.triangles.is_none() && self.spheres.is_none()
     }
@@ -137,18 +139,13 @@ impl Native {
 fn items(shapes: &[Shape], wanted: impl Fn(&Shape) -> bool) -> Vec<Item> {
     let mut items = Vec::with_capacity(shapes.iter().filter(|s| wanted(s)).map(Shape::primitive_count).sum());
     for (index, shape) in (0u32..).zip(shapes).filter(|(_, shape)| wanted(shape)) {
-        items.extend((0..shape.primitive_count() as u32).map(|primitive| {
-            let Bounds { min, max } = shape.primitive_bounds(primitive);
-            Item {
-                bounds: Bounds { min, max },
-                id: Hit {
-                    shape: index,
-                    primitive,
-                },
-            }
+        items.extend((0..shape.primitive_count() as u32).map(|primitive| Item {
+            bounds: shape.primitive_bounds(primitive),
+            id: Hit {
+                shape: index,
+                primitive,
+            },
         }));
     }
     items
 }
-
-pub(crate) use wide::Stack as TraversalStack;

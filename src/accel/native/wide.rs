@@ -37,6 +37,7 @@ use crate::math::bounds::Bounds;
 use crate::math::float::{UNIT_ROUNDOFF, max, min};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Children of a node.
@@ -61,22 +62,22 @@ const LANE_BITS: u32 = WIDTH as u32 - 1;
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Node {
-    /// `[lower, upper][axis][lane]`; (∞, −∞) where there is no child.
-    bounds: [[[f32; WIDTH]; 3]; 2],
+    /// `[lower, upper][axis][lane]`, lanes by fours; (∞, −∞) where there is no child.
+    bounds: [[[Vec4; WIDTH / 4]; 3]; 2],
     /// Index of a node, or of a block with [`BLOCK`] set.
     children: [u32; WIDTH],
 }
 
 impl Node {
     const EMPTY: Self = Self {
-        bounds: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]],
+        bounds: [[[Vec4::INFINITY; WIDTH / 4]; 3], [[Vec4::NEG_INFINITY; WIDTH / 4]; 3]],
         children: [0; WIDTH],
     };
 
     fn set(&mut self, lane: usize, bounds: Bounds, child: u32) {
         for (axis, (lower, upper)) in bounds.min.to_array().into_iter().zip(bounds.max.to_array()).enumerate() {
-            self.bounds[0][axis][lane] = lower;
-            self.bounds[1][axis][lane] = upper;
+            self.bounds[0][axis][lane / 4][lane % 4] = lower;
+            self.bounds[1][axis][lane / 4][lane % 4] = upper;
         }
         self.children[lane] = child;
     }
@@ -122,31 +123,26 @@ impl SlabRay {
         slab
     }
 
-    /// The children that the ray meets before `tmax`: for each lane the bits of the entry distance, which sort like the
-    /// distance because it is not negative, with the lane in the lowest bits; [`MISS`] where it meets none.
+    /// The children that the ray meets before `tmax`, one bit a lane, and the distances of entry of all.
     #[inline(always)]
-    fn keys(&self, node: &Node, tmax: f32) -> [u32; WIDTH] {
-        let mut entry = [self.tmin; WIDTH];
-        let mut exit = [tmax; WIDTH];
+    fn meets(&self, node: &Node, tmax: f32) -> (u32, [f32; WIDTH]) {
+        let mut entry = [Vec4::splat(self.tmin); WIDTH / 4];
+        let mut exit = [Vec4::splat(tmax); WIDTH / 4];
         for axis in 0..3 {
             let near = &node.bounds[self.near[axis]][axis];
             let far = &node.bounds[1 - self.near[axis]][axis];
-            for lane in 0..WIDTH {
-                entry[lane] = max((near[lane] - self.entry_origin[axis]) * self.inverse[axis], entry[lane]);
-                exit[lane] = min((far[lane] - self.exit_origin[axis]) * self.inverse[axis], exit[lane]);
+            for half in 0..WIDTH / 4 {
+                entry[half] = entry[half].max((near[half] - self.entry_origin[axis]) * self.inverse[axis]);
+                exit[half] = exit[half].min((far[half] - self.exit_origin[axis]) * self.inverse[axis]);
             }
         }
-        let mut keys = [MISS; WIDTH];
-        for lane in 0..WIDTH {
-            let key = (entry[lane].to_bits() & !LANE_BITS) | lane as u32;
-            keys[lane] = if entry[lane] <= exit[lane] { key } else { MISS };
-        }
-        keys
+        let met = |half: usize| entry[half].cmple(exit[half]).bitmask() << (4 * half);
+        let mut distances = [0.0; WIDTH];
+        entry[0].write_to_slice(&mut distances[..4]);
+        entry[1].write_to_slice(&mut distances[4..]);
+        (met(0) | met(1), distances)
     }
 }
-
-/// Key of a child that is not met: above that of every distance.
-const MISS: u32 = u32::MAX;
 
 /// Subtrees still to visit, with their entry distances. Kept from ray to ray.
 #[derive(Debug)]
@@ -237,7 +233,7 @@ impl<B: Block> Tree<B> {
             }
             while child & BLOCK == 0 {
                 let node = &self.nodes[child as usize];
-                match descend(node, slab.keys(node, nearest.t), stack) {
+                match descend(node, slab.meets(node, nearest.t), stack) {
                     Some(next) => child = next,
                     None => break,
                 }
@@ -256,7 +252,7 @@ impl<B: Block> Tree<B> {
         while let Some((_, mut child)) = stack.pop() {
             while child & BLOCK == 0 {
                 let node = &self.nodes[child as usize];
-                match descend(node, slab.keys(node, ray.ray.tmax), stack) {
+                match descend(node, slab.meets(node, ray.ray.tmax), stack) {
                     Some(next) => child = next,
                     None => break,
                 }
@@ -271,10 +267,38 @@ impl<B: Block> Tree<B> {
 
 /// Returns the nearest child that is met and leaves the others on the stack, the farthest lowest.
 #[inline(always)]
-fn descend(node: &Node, keys: [u32; WIDTH], stack: &mut Stack) -> Option<u32> {
-    let mut sorted = [MISS; WIDTH];
+fn descend(node: &Node, (met, entry): (u32, [f32; WIDTH]), stack: &mut Stack) -> Option<u32> {
+    if met == 0 {
+        return None;
+    }
+    let first = met.trailing_zeros() as usize;
+    let others = met & (met - 1);
+    if others == 0 {
+        return Some(node.children[first]);
+    }
+    if others & (others - 1) == 0 {
+        let second = others.trailing_zeros() as usize;
+        let (near, far) = if entry[first] <= entry[second] {
+            (first, second)
+        } else {
+            (second, first)
+        };
+        stack.push(entry[far], node.children[far]);
+        return Some(node.children[near]);
+    }
+    Some(descend_sorted(node, met, &entry, stack))
+}
+
+/// [`descend`] for three children and more.
+#[inline]
+fn descend_sorted(node: &Node, mut met: u32, entry: &[f32; WIDTH], stack: &mut Stack) -> u32 {
+    // The bits of a distance that is not negative sort like the distance; the lane takes the lowest.
+    let mut sorted = [0; WIDTH];
     let mut count = 0;
-    for key in keys.into_iter().filter(|&key| key != MISS) {
+    while met != 0 {
+        let lane = met.trailing_zeros();
+        met &= met - 1;
+        let key = (entry[lane as usize].to_bits() & !LANE_BITS) | lane;
         let mut place = count;
         while place > 0 && sorted[place - 1] < key {
             sorted[place] = sorted[place - 1];
@@ -283,14 +307,13 @@ fn descend(node: &Node, keys: [u32; WIDTH], stack: &mut Stack) -> Option<u32> {
         sorted[place] = key;
         count += 1;
     }
-    let (&last, others) = sorted[..count].split_last()?;
-    for &key in others {
+    for &key in &sorted[..count - 1] {
         stack.push(
             f32::from_bits(key & !LANE_BITS),
             node.children[(key & LANE_BITS) as usize],
         );
     }
-    Some(node.children[(last & LANE_BITS) as usize])
+    node.children[(sorted[count - 1] & LANE_BITS) as usize]
 }
 
 /// Makes nodes of eight out of the binary tree, by opening the child of the largest surface again and again (Dammertz,
