@@ -1,10 +1,6 @@
 //! Scene files as users write them: what is wrong is named with its place, what is right means what it means in Mitsuba.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "these are tests, and skipping is to be seen"
-)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests, and skipping is to be seen")]
 
 use snell::description::{BsdfKind, ComponentFormat, FovAxis, Geometry, IntegratorKind, LightKind, SceneDescription};
 use snell::error::Result;
@@ -48,9 +44,7 @@ fn every_bad_scene_is_an_error_with_the_expected_message() {
         }
         let text = std::fs::read_to_string(&path).unwrap();
         let after = text.split("<!-- expect: ").nth(1);
-        let expected = after
-            .and_then(|t| t.split(" -->").next())
-            .expect("every bad scene says what it expects");
+        let expected = after.and_then(|t| t.split(" -->").next()).expect("every bad scene says what it expects");
         match load(&path, &LoadOptions::default()) {
             Ok(_) => failures.push(format!("{} was accepted", path.display())),
             Err(e) if e.to_string().contains(expected) => {}
@@ -65,32 +59,16 @@ fn every_bad_scene_is_an_error_with_the_expected_message() {
 #[test]
 fn files_that_are_not_scenes_are_errors() {
     let folder = tempfile::tempdir().unwrap();
-    let garbage: [&[u8]; 5] = [
-        b"",
-        b"\0\0\0",
-        b"\xff\xfe<\0",
-        b"<scene version=\"3.0.0\">\xe9</scene>",
-        b"<",
-    ];
+    let garbage: [&[u8]; 5] = [b"", b"\0\0\0", b"\xff\xfe<\0", b"<scene version=\"3.0.0\">\xe9</scene>", b"<"];
     for (i, bytes) in garbage.into_iter().enumerate() {
         let path = folder.path().join(format!("{i}.xml"));
         std::fs::write(&path, bytes).unwrap();
         assert!(load(&path, &LoadOptions::default()).is_err(), "{i}");
     }
     assert!(load(folder.path(), &LoadOptions::default()).is_err(), "a folder");
-    assert!(
-        load(&folder.path().join("none.xml"), &LoadOptions::default()).is_err(),
-        "no file"
-    );
+    assert!(load(&folder.path().join("none.xml"), &LoadOptions::default()).is_err(), "no file");
     let deep = folder.path().join("deep.xml");
-    std::fs::write(
-        &deep,
-        format!(
-            "<scene version=\"3.0.0\">{}",
-            "<bsdf type=\"twosided\">".repeat(200_000)
-        ),
-    )
-    .unwrap();
+    std::fs::write(&deep, format!("<scene version=\"3.0.0\">{}", "<bsdf type=\"twosided\">".repeat(200_000))).unwrap();
     assert!(load(&deep, &LoadOptions::default()).is_err(), "deep");
 }
 
@@ -153,9 +131,7 @@ fn broken_files_are_errors_or_scenes_but_never_panics() {
     let mut state = 1_u64;
     let mut random = |below: usize| {
         // Knuth, The Art of Computer Programming 2, 3.3.4: MMIX's generator.
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 33) as usize % below.max(1)
     };
     let folder = tempfile::tempdir().unwrap();
@@ -170,13 +146,7 @@ fn broken_files_are_errors_or_scenes_but_never_panics() {
         let (name, text) = [("scene.xml", RICH), ("m.obj", OBJ), ("m.ply", PLY)][trial % 3];
         write(name, &broken(text, &mut random));
         for lenient in [false, true] {
-            let _ = load(
-                &path,
-                &LoadOptions {
-                    lenient,
-                    ..Default::default()
-                },
-            );
+            let _ = load(&path, &LoadOptions { lenient, ..Default::default() });
         }
         write(name, text.as_bytes());
     }
@@ -186,14 +156,7 @@ fn broken_files_are_errors_or_scenes_but_never_panics() {
 fn defaults_are_mitsuba_s() {
     let s = scene(r#"<shape type="sphere"/><shape type="rectangle"><emitter type="area"/></shape>"#);
     assert_eq!(s.integrator.kind, IntegratorKind::Path);
-    assert_eq!(
-        (
-            s.integrator.max_depth,
-            s.integrator.rr_depth,
-            s.integrator.hide_emitters
-        ),
-        (None, 5, false)
-    );
+    assert_eq!((s.integrator.max_depth, s.integrator.rr_depth, s.integrator.hide_emitters), (None, 5, false));
     let camera = &s.cameras[0];
     assert_eq!(
         (camera.film.width, camera.film.height, camera.film.component_format),
@@ -233,16 +196,12 @@ fn colours_are_what_mitsuba_3_9_1_has() {
         assert_close(*reflectance, [0.367123, 0.793739, 0.508171]);
         true
     }));
-    let BsdfKind::RoughConductor { alpha, eta, k, .. } = kind(1) else {
-        panic!()
-    };
+    let BsdfKind::RoughConductor { alpha, eta, k, .. } = kind(1) else { panic!() };
     assert_eq!(*alpha, 0.1);
     assert_close(*eta, [0.143036, 0.375307, 1.44205]);
     assert_close(*k, [3.983, 2.38556, 1.60336]);
     assert_close(s.shapes[1].emission.unwrap(), [2.40959, 1.89658, 1.81783]);
-    let BsdfKind::RoughConductor { eta, k, .. } = kind(2) else {
-        panic!()
-    };
+    let BsdfKind::RoughConductor { eta, k, .. } = kind(2) else { panic!() };
     assert_close(*eta, [2.0; 3]);
     assert_close(*k, [2.30642, 1.70653, 1.19784]);
 }
@@ -255,18 +214,10 @@ fn transformations_compose_as_in_mitsuba() {
         <shape type="sphere"><point name="center" x="1" y="2" z="3"/><float name="radius" value="-2"/></shape>
         <shape type="rectangle"><transform name="to_world"><scale x="-1"/></transform></shape>"#,
     );
-    let Geometry::Sphere { centre, radius } = s.shapes[0].geometry else {
-        panic!()
-    };
+    let Geometry::Sphere { centre, radius } = s.shapes[0].geometry else { panic!() };
     assert!(centre.abs_diff_eq(glam::DVec3::new(2.0, 4.0, 6.0), 1e-12) && (radius - 2.0).abs() < 1e-12);
-    assert!(
-        !s.shapes[0].flip_normals && s.shapes[1].flip_normals,
-        "a negative radius turns a sphere inside out"
-    );
-    assert!(
-        s.shapes[2].to_world.matrix3.determinant() > 0.0,
-        "a mirrored rectangle keeps its normal"
-    );
+    assert!(!s.shapes[0].flip_normals && s.shapes[1].flip_normals, "a negative radius turns a sphere inside out");
+    assert!(s.shapes[2].to_world.matrix3.determinant() > 0.0, "a mirrored rectangle keeps its normal");
 }
 
 #[test]
@@ -281,9 +232,7 @@ fn references_aliases_and_unused_objects() {
         <emitter type="area" id="lamp"><float name="sampling_weight" value="3"/></emitter>"#,
     );
     assert_eq!(s.bsdfs.len(), 3, "inner, the twosided around it, late");
-    let BsdfKind::TwoSided { front, back } = s.bsdfs[s.shapes[0].bsdf.0].kind else {
-        panic!()
-    };
+    let BsdfKind::TwoSided { front, back } = s.bsdfs[s.shapes[0].bsdf.0].kind else { panic!() };
     assert_eq!((front, back), (s.shapes[1].bsdf, s.shapes[1].bsdf));
     assert_eq!(s.shapes[1].name, "second");
     assert!(s.shapes[1].emission.is_some() && s.lights.is_empty());
@@ -296,10 +245,7 @@ fn definitions_replace_defaults_and_must_be_used() {
         Geometry::Sphere { radius, .. } => radius,
         _ => panic!(),
     };
-    let define = |name: &str| LoadOptions {
-        defines: vec![(name.into(), "7".into())],
-        lenient: false,
-    };
+    let define = |name: &str| LoadOptions { defines: vec![(name.into(), "7".into())], lenient: false };
     assert_eq!(radius(&LoadOptions::default()), 2.0);
     assert_eq!(radius(&define("r")), 7.0);
     let unused = load_text(body, &define("x")).unwrap_err().to_string();
@@ -311,25 +257,9 @@ fn the_lenient_get_warnings() {
     let body = r#"<shape type="sphere" colour="red"><float name="raduis" value="1"/>
         <bsdf type="roughconductor"><texture type="bitmap" name="alpha"/></bsdf></shape>"#;
     assert!(load_text(body, &LoadOptions::default()).is_err());
-    let s = load_text(
-        body,
-        &LoadOptions {
-            lenient: true,
-            ..Default::default()
-        },
-    )
-    .unwrap();
+    let s = load_text(body, &LoadOptions { lenient: true, ..Default::default() }).unwrap();
     assert_eq!(s.warnings.len(), 4, "{:#?}", s.warnings);
-    assert!(
-        load_text(
-            r#"<shape type="cube"/>"#,
-            &LoadOptions {
-                lenient: true,
-                ..Default::default()
-            }
-        )
-        .is_err()
-    );
+    assert!(load_text(r#"<shape type="cube"/>"#, &LoadOptions { lenient: true, ..Default::default() }).is_err());
 }
 
 #[test]
@@ -345,10 +275,7 @@ fn names_of_mitsuba_0_6_are_understood() {
     assert_eq!(s.integrator.max_depth, Some(3));
     assert_eq!((s.cameras[0].fov, s.cameras[0].fov_axis), (40.0, FovAxis::Smaller));
     std::fs::write(&path, text.replace("0.6.0", "3.0.0")).unwrap();
-    assert!(
-        load(&path, &LoadOptions::default()).is_err(),
-        "but only in files that say so"
-    );
+    assert!(load(&path, &LoadOptions::default()).is_err(), "but only in files that say so");
 }
 
 #[test]
@@ -360,10 +287,7 @@ fn included_files_and_search_paths_and_shared_meshes() {
         std::fs::write(&path, text).unwrap();
         path
     };
-    write(
-        "meshes/t.obj",
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n",
-    );
+    write("meshes/t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
     write("fragments/bsdf.xml", r#"<bsdf version="3.0.0" type="diffuse" id="m"/>"#);
     let shape = |inside: &str| format!(r#"<shape type="obj"><string name="filename" value="t.obj"/>{inside}</shape>"#);
     let shapes = format!(
@@ -384,10 +308,7 @@ fn included_files_and_search_paths_and_shared_meshes() {
             other => panic!("{other:?}"),
         })
         .collect();
-    assert!(
-        std::sync::Arc::ptr_eq(&meshes[0], &meshes[1]),
-        "the same file is read once"
-    );
+    assert!(std::sync::Arc::ptr_eq(&meshes[0], &meshes[1]), "the same file is read once");
     assert!(!meshes[0].normals.is_empty() && meshes[2].normals.is_empty());
     assert_eq!(s.shapes[0].name, "t.obj");
 }
@@ -424,14 +345,7 @@ fn the_cornell_box_is_read() {
         return;
     };
     let defines = vec![("spp".into(), "16".into()), ("seed".into(), "3".into())];
-    let s = load(
-        &path,
-        &LoadOptions {
-            defines,
-            lenient: false,
-        },
-    )
-    .unwrap();
+    let s = load(&path, &LoadOptions { defines, lenient: false }).unwrap();
     assert_eq!((s.shapes.len(), s.bsdfs.len(), s.lights.len()), (8, 5, 0));
     assert_eq!((s.cameras[0].sampler.sample_count, s.cameras[0].sampler.seed), (16, 3));
     assert_eq!(s.integrator.max_depth, Some(6));
@@ -451,9 +365,7 @@ fn the_teapot_has_mitsuba_s_normals() {
             <rotate angle="30" x="0.6" y="0.8"/><scale x="3" y="0.5" z="-1"/></transform></shape>"#,
         path.display()
     ));
-    let (Geometry::Mesh(mesh), m) = (&s.shapes[0].geometry, s.shapes[0].to_world) else {
-        panic!()
-    };
+    let (Geometry::Mesh(mesh), m) = (&s.shapes[0].geometry, s.shapes[0].to_world) else { panic!() };
     assert_eq!((mesh.positions.len(), mesh.faces.len()), (3644, 6320));
     let to_world = m.matrix3.inverse().transpose();
     for (i, position, normal) in [
@@ -473,14 +385,8 @@ fn the_teapot_has_mitsuba_s_normals() {
             [-0.021060392260551453, 0.8007699847221375, -0.5986016392707825],
         ),
     ] {
-        let (p, n) = (
-            m.transform_point3(mesh.positions[i]),
-            (to_world * mesh.normals[i]).normalize(),
-        );
-        assert!(
-            p.abs_diff_eq(position.into(), TOLERANCE),
-            "{p}, Mitsuba has {position:?}"
-        );
+        let (p, n) = (m.transform_point3(mesh.positions[i]), (to_world * mesh.normals[i]).normalize());
+        assert!(p.abs_diff_eq(position.into(), TOLERANCE), "{p}, Mitsuba has {position:?}");
         assert!(n.abs_diff_eq(normal.into(), TOLERANCE), "{n}, Mitsuba has {normal:?}");
     }
 }
@@ -496,8 +402,6 @@ fn the_dragon_is_read() {
         r#"<shape type="ply"><string name="filename" value="{file}"/><boolean name="face_normals" value="true"/></shape>"#
     ));
     println!("dragon: {:?}", start.elapsed());
-    let Geometry::Mesh(mesh) = &s.shapes[0].geometry else {
-        panic!()
-    };
+    let Geometry::Mesh(mesh) = &s.shapes[0].geometry else { panic!() };
     assert_eq!((mesh.positions.len(), mesh.faces.len()), (437_645, 871_414));
 }

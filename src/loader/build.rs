@@ -48,14 +48,7 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
     }
     root.finish(&mut b)?;
     let Builder { bsdfs, warnings, .. } = b;
-    Ok(SceneDescription {
-        integrator,
-        cameras,
-        bsdfs,
-        shapes,
-        lights,
-        warnings,
-    })
+    Ok(SceneDescription { integrator, cameras, bsdfs, shapes, lights, warnings })
 }
 
 /// What plugins share while a scene is built.
@@ -96,8 +89,7 @@ impl<'d> Builder<'d> {
 
     /// Something worth knowing that is not wrong.
     pub(crate) fn warn(&mut self, at: Loc, message: &str) {
-        self.warnings
-            .push(format!("{}: {message}", self.document.sources.span(at)));
+        self.warnings.push(format!("{}: {message}", self.document.sources.span(at)));
     }
 
     /// The bsdf of an object, made when it is first asked for.
@@ -113,11 +105,7 @@ impl<'d> Builder<'d> {
         self.depth += 1;
         let kind = plugins::find(self.document, id, plugins::bsdf::BSDFS)?(self, &params)?;
         self.depth -= 1;
-        let made = self.add_bsdf(Bsdf {
-            at: params.span(),
-            name: params.object.id.clone(),
-            kind,
-        });
+        let made = self.add_bsdf(Bsdf { at: params.span(), name: params.object.id.clone(), kind });
         params.finish(self)?;
         self.bsdf_ids.insert(id, made);
         Ok(made)
@@ -135,11 +123,7 @@ impl<'d> Builder<'d> {
         }
         let reflectance = Rgb::splat(if is_light { 0.0 } else { DEFAULT_REFLECTANCE });
         let kind = BsdfKind::Diffuse { reflectance };
-        let id = self.add_bsdf(Bsdf {
-            at: shape.span(),
-            name: String::new(),
-            kind,
-        });
+        let id = self.add_bsdf(Bsdf { at: shape.span(), name: String::new(), kind });
         self.default_bsdfs[usize::from(is_light)] = Some(id);
         id
     }
@@ -154,10 +138,7 @@ impl<'d> Builder<'d> {
         if self.attached.insert(emitter) {
             return Ok(());
         }
-        Err(self
-            .document
-            .sources
-            .error(at, "an emitter can belong to one shape only"))
+        Err(self.document.sources.error(at, "an emitter can belong to one shape only"))
     }
 
     /// Children of the scene, none of them twice.
@@ -181,10 +162,7 @@ impl<'d> Builder<'d> {
                 continue;
             }
             if !lights.is_empty() {
-                return Err(self
-                    .document
-                    .sources
-                    .error(at, "a scene can have only one environment emitter"));
+                return Err(self.document.sources.error(at, "a scene can have only one environment emitter"));
             }
             lights.push(plugins::emitter::light(self, id)?);
         }

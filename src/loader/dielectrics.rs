@@ -5,10 +5,7 @@
 
 /// The index of refraction of a material; names are not case-sensitive.
 pub(crate) fn dielectric_ior(name: &str) -> Option<f64> {
-    TABLE
-        .iter()
-        .find(|row| row.0.eq_ignore_ascii_case(name))
-        .map(|row| row.1)
+    TABLE.iter().find(|row| row.0.eq_ignore_ascii_case(name)).map(|row| row.1)
 }
 
 /// Every name that [`dielectric_ior`] knows.

@@ -49,10 +49,7 @@ impl Category {
 
     /// The tag.
     pub(crate) fn tag(self) -> &'static str {
-        CATEGORIES
-            .iter()
-            .find(|row| row.1 == self)
-            .map_or("object", |row| row.0)
+        CATEGORIES.iter().find(|row| row.1 == self).map_or("object", |row| row.0)
     }
 
     /// Every tag of an object.
@@ -206,23 +203,11 @@ pub(crate) fn find_file(
             folders.push(folder);
         }
     }
-    let found = folders
-        .iter()
-        .map(|folder| folder.join(name))
-        .find(|path| path.exists());
+    let found = folders.iter().map(|folder| folder.join(name)).find(|path| path.exists());
     found.ok_or_else(|| {
         let names: Vec<String> = folders
             .iter()
-            .map(|f| {
-                format!(
-                    "'{}'",
-                    if f.as_os_str().is_empty() {
-                        ".".into()
-                    } else {
-                        f.display().to_string()
-                    }
-                )
-            })
+            .map(|f| format!("'{}'", if f.as_os_str().is_empty() { ".".into() } else { f.display().to_string() }))
             .collect();
         format!("there is no file '{name}' (looked in {})", names.join(", "))
     })

@@ -43,9 +43,3 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescription> {
     let document = xml::read(path, options)?;
     build::build(&document, options)
 }
-
-/// What is wrong with a film of this size, if anything: the limits that hold for scene files, for other sources of a
-/// size.
-pub fn check_film_size(width: u32, height: u32) -> std::result::Result<(), String> {
-    plugins::film::check_size(width, height)
-}

@@ -17,11 +17,7 @@ pub(crate) fn frame(linear: DMat3) -> DMat3 {
     let m = linear * (1.0 / largest);
     let gram = m.transpose() * m;
     let is_similar = gram.abs_diff_eq(DMat3::IDENTITY * gram.x_axis.x, SIMILARITY_TOLERANCE);
-    if is_similar && m.determinant() > 0.0 || !m.is_finite() {
-        DMat3::IDENTITY
-    } else {
-        m
-    }
+    if is_similar && m.determinant() > 0.0 || !m.is_finite() { DMat3::IDENTITY } else { m }
 }
 
 /// Normals in object space, one a vertex, of unit length, such that the inverse transpose of `linear` makes of them
@@ -69,12 +65,8 @@ mod tests {
     /// Largest difference from Mitsuba 3.9.1, which computes in single precision.
     const TOLERANCE: f64 = 2e-7;
 
-    const QUAD: [DVec3; 4] = [
-        DVec3::ZERO,
-        DVec3::X,
-        DVec3::new(1.0, 1.0, 0.3_f32 as f64),
-        DVec3::new(0.0, 1.0, 0.1_f32 as f64),
-    ];
+    const QUAD: [DVec3; 4] =
+        [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.3_f32 as f64), DVec3::new(0.0, 1.0, 0.1_f32 as f64)];
     const FACES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
     fn assert_world(linear: DMat3, want: [[f64; 3]; 4]) {

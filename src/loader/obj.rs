@@ -15,16 +15,8 @@ use std::path::Path;
 pub(crate) fn read(path: &Path) -> Result<Mesh> {
     let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
     parse(&bytes).map_err(|(line, message)| {
-        let position = line.map_or(Position::Whole, |line| {
-            Position::Line(u32::try_from(line).unwrap_or(u32::MAX))
-        });
-        Error::scene(
-            &Span {
-                file: path.into(),
-                position,
-            },
-            message,
-        )
+        let position = line.map_or(Position::Whole, |line| Position::Line(u32::try_from(line).unwrap_or(u32::MAX)));
+        Error::scene(&Span { file: path.into(), position }, message)
     })
 }
 
@@ -88,11 +80,7 @@ fn filter(bytes: &[u8]) -> std::result::Result<Vec<u8>, Fault> {
         }
         out.push(b'\n');
         if count < 3 {
-            let what = if keyword == b"f" {
-                "a face needs at least three vertices"
-            } else {
-                "expected three numbers"
-            };
+            let what = if keyword == b"f" { "a face needs at least three vertices" } else { "expected three numbers" };
             return Err((Some(line), format!("{what}, not {count}")));
         }
     }
@@ -116,11 +104,7 @@ fn find_fault(bytes: &[u8]) -> Option<Fault> {
         let fault = match (list_of(keyword.as_bytes()), &*keyword) {
             (Some(kind), _) => {
                 so_far[kind] += 1;
-                if kind == TEXTURE_COORDINATE {
-                    None
-                } else {
-                    words.take(3).find_map(|word| number_fault(&word))
-                }
+                if kind == TEXTURE_COORDINATE { None } else { words.take(3).find_map(|word| number_fault(&word)) }
             }
             (None, "f") => words.find_map(|word| corner_fault(&word, so_far, totals)),
             _ => None,
@@ -158,16 +142,10 @@ fn corner_fault(word: &str, so_far: [i64; 3], totals: [i64; 3]) -> Option<String
         let Ok(index) = part.parse::<i64>() else {
             return Some(format!("'{part}' is not an index"));
         };
-        let fits = if index < 0 {
-            -index <= so_far[kind]
-        } else {
-            index >= 1 && index <= totals[kind]
-        };
+        let fits = if index < 0 { -index <= so_far[kind] } else { index >= 1 && index <= totals[kind] };
         if !fits {
             let (name, total) = (NAMES[kind], totals[kind]);
-            return Some(format!(
-                "the {name} index {index} is out of range; the file has {total}"
-            ));
+            return Some(format!("the {name} index {index} is out of range; the file has {total}"));
         }
     }
     None
@@ -185,10 +163,7 @@ struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     fn new(bytes: &'a [u8]) -> Self {
-        Self {
-            rest: Some(bytes),
-            line: 0,
-        }
+        Self { rest: Some(bytes), line: 0 }
     }
 
     fn next_line(&mut self) -> Option<&'a [u8]> {
@@ -273,10 +248,7 @@ mod tests {
         );
         assert_eq!(fault(&format!("{SQUARE}f 1 2 -5\n")).0, Some(5));
         assert_eq!(fault(&format!("{SQUARE}\n\nf 0 1 2\n")).0, Some(7));
-        assert_eq!(
-            fault(&format!("{SQUARE}f 1 2\n")),
-            (Some(5), "a face needs at least three vertices, not 2".into())
-        );
+        assert_eq!(fault(&format!("{SQUARE}f 1 2\n")), (Some(5), "a face needs at least three vertices, not 2".into()));
         assert_eq!(fault(&format!("{SQUARE}f 1//7 2 3\nvn 0 0 1\n")).0, Some(5));
         assert_eq!(fault("v 1 2\n"), (Some(1), "expected three numbers, not 2".into()));
         assert_eq!(fault("v 1 2 x\nv 1 0 0\nv 1 1 0\nf 1 2 3").0, Some(1));

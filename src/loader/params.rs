@@ -18,11 +18,7 @@ pub(crate) struct Params<'d> {
 
 impl<'d> Params<'d> {
     pub(crate) fn new(document: &'d Document, id: ObjectId) -> Self {
-        Self {
-            document,
-            object: &document.objects[id],
-            asked: RefCell::default(),
-        }
+        Self { document, object: &document.objects[id], asked: RefCell::default() }
     }
 
     /// For messages: `bsdf 'diffuse'`.
@@ -37,11 +33,7 @@ impl<'d> Params<'d> {
 
     /// The place of a parameter's value, or of the object if it is not there.
     pub(crate) fn at(&self, name: &str) -> Loc {
-        self.object
-            .params
-            .iter()
-            .find(|p| p.name == name)
-            .map_or(self.object.at, |p| p.value_at)
+        self.object.params.iter().find(|p| p.name == name).map_or(self.object.at, |p| p.value_at)
     }
 
     /// The input is wrong at a parameter.
@@ -76,11 +68,7 @@ impl<'d> Params<'d> {
     /// A `<float>` that is larger than zero.
     pub(crate) fn positive(&self, name: &'static str, default: f64) -> Result<f64> {
         let value = self.float(name)?.unwrap_or(default);
-        if value > 0.0 {
-            Ok(value)
-        } else {
-            Err(self.error(name, format!("'{name}' must be larger than zero")))
-        }
+        if value > 0.0 { Ok(value) } else { Err(self.error(name, format!("'{name}' must be larger than zero"))) }
     }
 
     /// An `<integer>` of at least `least`.
@@ -88,40 +76,26 @@ impl<'d> Params<'d> {
         let Some(value) = self.integer(name)? else {
             return Ok(default);
         };
-        u32::try_from(value).ok().filter(|v| *v >= least).ok_or_else(|| {
-            self.error(
-                name,
-                format!("'{name}' must be between {least} and {}, not {value}", u32::MAX),
-            )
-        })
+        u32::try_from(value)
+            .ok()
+            .filter(|v| *v >= least)
+            .ok_or_else(|| self.error(name, format!("'{name}' must be between {least} and {}, not {value}", u32::MAX)))
     }
 
     /// An `<integer>`.
     pub(crate) fn integer(&self, name: &'static str) -> Result<Option<i64>> {
-        self.typed(name, "integer", |value| {
-            if let Value::Integer(v) = value { Some(*v) } else { None }
-        })
+        self.typed(name, "integer", |value| if let Value::Integer(v) = value { Some(*v) } else { None })
     }
 
     /// A `<boolean>`.
     pub(crate) fn boolean(&self, name: &'static str, default: bool) -> Result<bool> {
-        let value = self.typed(
-            name,
-            "boolean",
-            |v| if let Value::Boolean(b) = v { Some(*b) } else { None },
-        )?;
+        let value = self.typed(name, "boolean", |v| if let Value::Boolean(b) = v { Some(*b) } else { None })?;
         Ok(value.unwrap_or(default))
     }
 
     /// A `<string>`.
     pub(crate) fn text(&self, name: &'static str) -> Result<Option<&'d str>> {
-        self.typed(name, "string", |value| {
-            if let Value::Text(text) = value {
-                Some(text.as_str())
-            } else {
-                None
-            }
-        })
+        self.typed(name, "string", |value| if let Value::Text(text) = value { Some(text.as_str()) } else { None })
     }
 
     /// A `<string>` that must be there.
@@ -139,32 +113,18 @@ impl<'d> Params<'d> {
         };
         let lower = text.to_lowercase();
         choices.iter().copied().find(|choice| *choice == lower).ok_or_else(|| {
-            self.error(
-                name,
-                format!(
-                    "'{name}' cannot be '{text}'{}",
-                    suggestion(&lower, choices.iter().copied())
-                ),
-            )
+            self.error(name, format!("'{name}' cannot be '{text}'{}", suggestion(&lower, choices.iter().copied())))
         })
     }
 
     /// A `<point>` or `<vector>`.
     pub(crate) fn vector(&self, name: &'static str) -> Result<Option<DVec3>> {
-        self.typed(name, "vector", |value| {
-            if let Value::Vector(v) = value { Some(*v) } else { None }
-        })
+        self.typed(name, "vector", |value| if let Value::Vector(v) = value { Some(*v) } else { None })
     }
 
     /// A `<transform>`.
     pub(crate) fn transform(&self, name: &'static str) -> Result<Option<DAffine3>> {
-        self.typed(name, "transform", |value| {
-            if let Value::Transform(m) = value {
-                Some(*m)
-            } else {
-                None
-            }
-        })
+        self.typed(name, "transform", |value| if let Value::Transform(m) = value { Some(*m) } else { None })
     }
 
     /// Child objects of a category, in the order of the file, with their places.
@@ -208,10 +168,7 @@ impl<'d> Params<'d> {
                 }
             }
             let hint = suggestion(&param.name, self.asked.borrow().iter().copied());
-            b.complain(
-                param.at,
-                format!("{} has no parameter '{}'{hint}", self.title(), param.name),
-            )?;
+            b.complain(param.at, format!("{} has no parameter '{}'{hint}", self.title(), param.name))?;
         }
         Ok(())
     }

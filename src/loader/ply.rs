@@ -20,15 +20,7 @@ type Parsed<T> = std::result::Result<T, Fault>;
 /// Reads a mesh; its normals are as many as its positions, or none.
 pub(crate) fn read(path: &Path) -> Result<Mesh> {
     let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
-    parse(&bytes).map_err(|(position, message)| {
-        Error::scene(
-            &Span {
-                file: path.into(),
-                position,
-            },
-            message,
-        )
-    })
+    parse(&bytes).map_err(|(position, message)| Error::scene(&Span { file: path.into(), position }, message))
 }
 
 fn parse(bytes: &[u8]) -> Parsed<Mesh> {
@@ -53,21 +45,15 @@ mod tests {
     /// The same file in binary; `big` for big endian.
     fn binary(big: bool) -> Vec<u8> {
         let name = if big { "big" } else { "little" };
-        let mut out = format!(
-            "ply\r\nformat binary_{name}_endian 1.0\r\n{}",
-            HEADER.replace('\n', "\r\n")
-        )
-        .into_bytes();
+        let mut out =
+            format!("ply\r\nformat binary_{name}_endian 1.0\r\n{}", HEADER.replace('\n', "\r\n")).into_bytes();
         let mut put = |mut bytes: Vec<u8>| {
             if big {
                 bytes.reverse();
             }
             out.extend(bytes);
         };
-        for (i, (x, y, z)) in [(0, 0, 0.0), (1, 0, 0.0), (1, 1, 0.5), (0, 1, 0.0)]
-            .into_iter()
-            .enumerate()
-        {
+        for (i, (x, y, z)) in [(0, 0, 0.0), (1, 0, 0.0), (1, 1, 0.5), (0, 1, 0.0)].into_iter().enumerate() {
             put((x as f32).to_le_bytes().into());
             put((y as f64).to_le_bytes().into());
             put((z as f32).to_le_bytes().into());
@@ -122,13 +108,7 @@ mod tests {
         let nan = of(&BODY.replace("1 1 0.5", "1 nan 0.5"));
         assert_eq!(nan, (Position::Line(lines + 3), "'nan' is not a finite number".into()));
         let range = of(&BODY.replace("4 0 1 2 3", "4 0 1 2 4"));
-        assert_eq!(
-            range,
-            (
-                Position::Line(lines + 7),
-                "the vertex index 4 is out of range; the file has 4".into()
-            )
-        );
+        assert_eq!(range, (Position::Line(lines + 7), "the vertex index 4 is out of range; the file has 4".into()));
         assert!(of(&BODY.replace("4 0 1 2 3", "2 0 1")).1.contains("at least three"));
         assert!(of(&BODY.replace("4 0 1 2 3", "4 0 1 2 -1")).1.contains("out of range"));
         let huge = HEADER.replace("vertex 4", "vertex 4000000000");
@@ -137,10 +117,7 @@ mod tests {
         let mut broken = bytes.clone();
         broken[bytes.len() - 4..].copy_from_slice(&9_i32.to_le_bytes());
         let (at, message) = parse(&broken).unwrap_err();
-        assert!(
-            matches!(at, Position::Byte(_)) && message.contains("out of range"),
-            "{message}"
-        );
+        assert!(matches!(at, Position::Byte(_)) && message.contains("out of range"), "{message}");
     }
 
     #[test]

@@ -27,10 +27,7 @@ impl Loc {
     /// The byte `offset` of the file that [`Sources::add`] numbered `file`.
     pub(crate) fn new(file: usize, offset: usize) -> Self {
         // Both are bounded: the number of files and the size of a file have limits.
-        Self {
-            file: file as u32,
-            offset: offset as u32,
-        }
+        Self { file: file as u32, offset: offset as u32 }
     }
 
     /// The number of the file.
@@ -55,14 +52,8 @@ pub(crate) struct Sources {
 impl Sources {
     /// Keeps a file and numbers it.
     pub(crate) fn add(&mut self, path: &Path, text: Arc<str>) -> usize {
-        let starts = std::iter::once(0)
-            .chain(text.match_indices('\n').map(|(i, _)| i + 1))
-            .collect();
-        self.files.push(Source {
-            path: path.into(),
-            text,
-            line_starts: starts,
-        });
+        let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
+        self.files.push(Source { path: path.into(), text, line_starts: starts });
         self.files.len() - 1
     }
 
@@ -82,10 +73,7 @@ impl Sources {
         let offset = at.offset as usize;
         let line = source.line_starts.partition_point(|&start| start <= offset).max(1);
         let start = source.line_starts[line - 1];
-        let column = source
-            .text
-            .get(start..offset)
-            .map_or(offset - start, |s| s.chars().count());
+        let column = source.text.get(start..offset).map_or(offset - start, |s| s.chars().count());
         Span::text(source.path.clone(), line as u32, column as u32 + 1)
     }
 
@@ -96,11 +84,7 @@ impl Sources {
 
     /// The input is right, but not supported; `hint` is empty or begins with punctuation.
     pub(crate) fn unsupported(&self, at: Loc, what: impl Into<String>, hint: impl Into<String>) -> Error {
-        Error::Unsupported {
-            at: self.span(at),
-            what: what.into(),
-            hint: hint.into(),
-        }
+        Error::Unsupported { at: self.span(at), what: what.into(), hint: hint.into() }
     }
 }
 
@@ -115,9 +99,7 @@ pub(crate) fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
         return Err(format!("is larger than {limit} bytes"));
     }
     let mut bytes = Vec::new();
-    bytes
-        .try_reserve_exact(about.len() as usize)
-        .map_err(|e| e.to_string())?;
+    bytes.try_reserve_exact(about.len() as usize).map_err(|e| e.to_string())?;
     // The file may grow while it is read; the limit holds all the same.
     file.take(limit).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
     Ok(bytes)

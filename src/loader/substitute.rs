@@ -42,14 +42,7 @@ impl Parameters {
 
     fn insert(&mut self, name: &str, value: &str, pending: bool) {
         let at = self.list.partition_point(|p| p.name.len() >= name.len());
-        self.list.insert(
-            at,
-            Parameter {
-                name: name.into(),
-                value: value.into(),
-                pending,
-            },
-        );
+        self.list.insert(at, Parameter { name: name.into(), value: value.into(), pending });
     }
 
     /// `text` with every `$name` replaced and every `\$` become `$`, or what is wrong with it.
@@ -65,11 +58,7 @@ impl Parameters {
                 continue;
             }
             out.push_str(before);
-            match self
-                .list
-                .iter_mut()
-                .find(|p| !p.name.is_empty() && after.starts_with(&p.name))
-            {
+            match self.list.iter_mut().find(|p| !p.name.is_empty() && after.starts_with(&p.name)) {
                 Some(parameter) => {
                     parameter.pending = false;
                     out.push_str(&parameter.value);
@@ -78,9 +67,7 @@ impl Parameters {
                 None => return Err(self.undefined(after)),
             }
             if out.len() > MAX_SUBSTITUTED_BYTES {
-                return Err(format!(
-                    "the value is longer than {MAX_SUBSTITUTED_BYTES} bytes after substitution"
-                ));
+                return Err(format!("the value is longer than {MAX_SUBSTITUTED_BYTES} bytes after substitution"));
             }
         }
         out.push_str(rest);
@@ -88,9 +75,7 @@ impl Parameters {
     }
 
     fn undefined(&self, after: &str) -> String {
-        let end = after
-            .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-            .unwrap_or(after.len());
+        let end = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(after.len());
         let name = &after[..end];
         let known = self.list.iter().map(|p| p.name.as_str());
         format!("undefined parameter '${name}'{}", suggestion(name, known))
@@ -101,10 +86,7 @@ impl Parameters {
         let unused = self.list.iter().find(|p| p.pending)?;
         let known = self.list.iter().filter(|p| !p.pending).map(|p| p.name.as_str());
         let hint = suggestion(&unused.name, known);
-        Some(format!(
-            "-D {}={}: the scene has no such parameter{hint}",
-            unused.name, unused.value
-        ))
+        Some(format!("-D {}={}: the scene has no such parameter{hint}", unused.name, unused.value))
     }
 }
 
@@ -119,20 +101,14 @@ mod tests {
         p.add_default("a", "9");
         assert_eq!(p.substitute("$ab$a \\$a").unwrap(), "21 $a");
         assert_eq!(p.unused(), None);
-        assert_eq!(
-            p.substitute("$c").unwrap_err(),
-            "undefined parameter '$c'; known: a, ab"
-        );
+        assert_eq!(p.substitute("$c").unwrap_err(), "undefined parameter '$c'; known: a, ab");
     }
 
     #[test]
     fn unused_definitions_are_named() {
         let mut p = Parameters::new(&[("sp".into(), "1".into())]);
         p.add_default("spp", "2");
-        assert_eq!(
-            p.unused().unwrap(),
-            "-D sp=1: the scene has no such parameter; did you mean 'spp'?"
-        );
+        assert_eq!(p.unused().unwrap(), "-D sp=1: the scene has no such parameter; did you mean 'spp'?");
     }
 
     #[test]

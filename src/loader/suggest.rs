@@ -8,10 +8,7 @@ pub(crate) fn suggestion<'a>(wrong: &str, known: impl IntoIterator<Item = &'a st
     let mut known: Vec<&str> = known.into_iter().collect();
     known.sort_unstable();
     known.dedup();
-    let nearest = known
-        .iter()
-        .map(|name| (strsim::damerau_levenshtein(wrong, name), *name))
-        .min();
+    let nearest = known.iter().map(|name| (strsim::damerau_levenshtein(wrong, name), *name)).min();
     match nearest {
         None => String::new(),
         Some((edits, name)) if is_near(edits, wrong, name) => format!("; did you mean '{name}'?"),
@@ -30,14 +27,8 @@ mod tests {
 
     #[test]
     fn slips_are_named_and_strangers_listed() {
-        assert_eq!(
-            suggestion("difuse", ["diffuse", "dielectric"]),
-            "; did you mean 'diffuse'?"
-        );
-        assert_eq!(
-            suggestion("wood", ["diffuse", "dielectric"]),
-            "; known: dielectric, diffuse"
-        );
+        assert_eq!(suggestion("difuse", ["diffuse", "dielectric"]), "; did you mean 'diffuse'?");
+        assert_eq!(suggestion("wood", ["diffuse", "dielectric"]), "; known: dielectric, diffuse");
         assert_eq!(suggestion("x", []), "");
     }
 }

@@ -25,9 +25,7 @@ pub(crate) fn rotate(axis: DVec3, degrees: f64) -> Made {
     let (sin, cos) = (libm::sin(angle), libm::cos(angle));
     let cross = DMat3::from_cols(axis.cross(DVec3::X), axis.cross(DVec3::Y), axis.cross(DVec3::Z));
     let outer = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
-    Ok(DAffine3::from_mat3(
-        DMat3::IDENTITY * cos + cross * sin + outer * (1.0 - cos),
-    ))
+    Ok(DAffine3::from_mat3(DMat3::IDENTITY * cos + cross * sin + outer * (1.0 - cos)))
 }
 
 /// From a frame at `origin` that looks along +z towards `target`, +y up, to the space of the arguments.
@@ -36,19 +34,12 @@ pub(crate) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Made {
     if forward == DVec3::ZERO {
         return Err("origin and target of <lookat> must differ".into());
     }
-    let up = if up == DVec3::ZERO {
-        forward.any_orthonormal_pair().0
-    } else {
-        up
-    };
+    let up = if up == DVec3::ZERO { forward.any_orthonormal_pair().0 } else { up };
     let left = up.cross(forward).normalize_or_zero();
     if left == DVec3::ZERO {
         return Err("the up vector of <lookat> must not be parallel to the viewing direction".into());
     }
-    Ok(DAffine3::from_mat3_translation(
-        DMat3::from_cols(left, forward.cross(left), forward),
-        origin,
-    ))
+    Ok(DAffine3::from_mat3_translation(DMat3::from_cols(left, forward.cross(left), forward), origin))
 }
 
 /// Nine or sixteen numbers, row by row.
@@ -91,10 +82,7 @@ mod tests {
     fn assert_rows(m: DAffine3, rows: [[f64; 3]; 3]) {
         let linear = m.matrix3;
         for (i, row) in rows.into_iter().enumerate() {
-            assert!(
-                linear.row(i).abs_diff_eq(DVec3::from(row), TOLERANCE),
-                "{linear}, Mitsuba has {rows:?}"
-            );
+            assert!(linear.row(i).abs_diff_eq(DVec3::from(row), TOLERANCE), "{linear}, Mitsuba has {rows:?}");
         }
     }
 
@@ -109,12 +97,7 @@ mod tests {
 
     #[test]
     fn look_at_is_left_handed_in_x() {
-        let m = look_at(
-            DVec3::new(278.0, 273.0, -800.0),
-            DVec3::new(278.0, 273.0, -799.0),
-            DVec3::Y,
-        )
-        .unwrap();
+        let m = look_at(DVec3::new(278.0, 273.0, -800.0), DVec3::new(278.0, 273.0, -799.0), DVec3::Y).unwrap();
         assert_rows(m, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         assert!(look_at(DVec3::ZERO, DVec3::ZERO, DVec3::Y).is_err());
         assert!(look_at(DVec3::ZERO, DVec3::Y, DVec3::Y).is_err());
@@ -128,11 +111,7 @@ mod tests {
         assert_rows(m, [[1.0, 2.0, 3.0], [5.0, 6.0, 7.0], [9.0, 10.0, 11.0]]);
         assert_eq!(m.translation, DVec3::new(4.0, 8.0, 12.0));
         assert!(matrix("1 0 0 0 1 0 0 0 1").is_ok());
-        assert!(
-            matrix("1 0 0 0  0 1 0 0  0 0 1 0  0 0 1 1")
-                .unwrap_err()
-                .contains("last row")
-        );
+        assert!(matrix("1 0 0 0  0 1 0 0  0 0 1 0  0 0 1 1").unwrap_err().contains("last row"));
         assert!(matrix("1 2 3 4").is_err());
         assert!(matrix(&"1 ".repeat(17)).is_err());
     }

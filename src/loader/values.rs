@@ -8,18 +8,13 @@ type Parsed<T> = Result<T, String>;
 
 /// The words of a list; separated by white space and commas.
 pub(crate) fn words(text: &str) -> impl Iterator<Item = &str> {
-    text.split(|c: char| c.is_ascii_whitespace() || c == ',')
-        .filter(|word| !word.is_empty())
+    text.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|word| !word.is_empty())
 }
 
 /// A finite number.
 pub(crate) fn number(text: &str) -> Parsed<f64> {
     let value: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(format!("'{text}' is not a finite number"))
-    }
+    if value.is_finite() { Ok(value) } else { Err(format!("'{text}' is not a finite number")) }
 }
 
 /// A whole number.
@@ -62,9 +57,7 @@ pub(crate) fn vector_or_scalar(text: &str) -> Parsed<DVec3> {
 /// Linear sRGB: three numbers, one for all three, or `#rrggbb` in the sRGB encoding. (Mitsuba 3.9 refuses the last.)
 pub(crate) fn rgb(text: &str) -> Parsed<[f64; 3]> {
     if let Some(digits) = text.trim().strip_prefix('#') {
-        let code = u32::from_str_radix(digits, 16)
-            .ok()
-            .filter(|_| digits.len() == 6 && !digits.starts_with('+'));
+        let code = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6 && !digits.starts_with('+'));
         let code = code.ok_or_else(|| format!("'{text}' is not of the form #rrggbb"))?;
         return Ok([code >> 16, code >> 8, code].map(|byte| srgb_to_linear(f64::from(byte & 0xff) / 255.0)));
     }
@@ -80,9 +73,7 @@ pub(crate) fn spectrum(text: &str) -> Parsed<Spectrum> {
         return number(word).map(Spectrum::Uniform);
     }
     let pair = |word: &str| {
-        let (nm, value) = word
-            .split_once(':')
-            .ok_or_else(|| format!("'{word}' is not a wavelength:value pair"))?;
+        let (nm, value) = word.split_once(':').ok_or_else(|| format!("'{word}' is not a wavelength:value pair"))?;
         Ok((number(nm)?, number(value)?))
     };
     table(words.into_iter().map(pair).collect::<Parsed<_>>()?).map(Spectrum::Table)
@@ -107,10 +98,7 @@ fn table(samples: Vec<(f64, f64)>) -> Parsed<Vec<(f64, f64)>> {
         return Err("a spectrum needs at least two wavelengths".into());
     }
     match samples.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
-        Some(pair) => Err(format!(
-            "wavelengths must ascend, but {} comes before {}",
-            pair[0].0, pair[1].0
-        )),
+        Some(pair) => Err(format!("wavelengths must ascend, but {} comes before {}", pair[0].0, pair[1].0)),
         None => Ok(samples),
     }
 }
@@ -152,21 +140,10 @@ mod tests {
     fn spectra_are_uniform_or_ascending_tables() {
         assert!(matches!(spectrum("0.5"), Ok(Spectrum::Uniform(0.5))));
         assert!(matches!(spectrum("400:1, 500:2"), Ok(Spectrum::Table(t)) if t == [(400.0, 1.0), (500.0, 2.0)]));
-        for bad in [
-            "",
-            "0.5 0.6",
-            "400:1",
-            "500:1 400:2",
-            "400:1 400:2",
-            "400:1 500",
-            "400 : 1",
-        ] {
+        for bad in ["", "0.5 0.6", "400:1", "500:1 400:2", "400:1 400:2", "400:1 500", "400 : 1"] {
             assert!(spectrum(bad).is_err(), "{bad}");
         }
-        assert_eq!(
-            spectrum_file("# n\n400 1\n\n500 2 # x\n"),
-            Ok(vec![(400.0, 1.0), (500.0, 2.0)])
-        );
+        assert_eq!(spectrum_file("# n\n400 1\n\n500 2 # x\n"), Ok(vec![(400.0, 1.0), (500.0, 2.0)]));
         assert_eq!(spectrum_file("400 1\n500\n").unwrap_err().0, 2);
     }
 }

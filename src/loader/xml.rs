@@ -35,19 +35,8 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Document> {
         return Err(Error::Usage(message));
     }
     reader.resolve_references()?;
-    let Reader {
-        sources,
-        objects,
-        search,
-        warnings,
-        ..
-    } = reader;
-    let document = Document {
-        sources,
-        objects,
-        search,
-        warnings,
-    };
+    let Reader { sources, objects, search, warnings, .. } = reader;
+    let document = Document { sources, objects, search, warnings };
     document.check_cycles()?;
     Ok(document)
 }
@@ -83,18 +72,10 @@ impl Reader {
     fn children(&mut self, node: Node<'_, '_>, cx: Context<'_>) -> Result<()> {
         for child in node.children() {
             if child.is_element() {
-                self.element(
-                    child,
-                    Context {
-                        depth: cx.depth + 1,
-                        name: "",
-                        ..cx
-                    },
-                )?;
+                self.element(child, Context { depth: cx.depth + 1, name: "", ..cx })?;
             } else if child.is_text() && child.text().is_some_and(|t| !t.trim().is_empty()) {
                 let at = Loc::new(cx.file, child.range().start);
-                self.warnings
-                    .push(format!("{}: text between elements is ignored", self.sources.span(at)));
+                self.warnings.push(format!("{}: text between elements is ignored", self.sources.span(at)));
             }
         }
         Ok(())
@@ -103,9 +84,7 @@ impl Reader {
     fn element(&mut self, node: Node<'_, '_>, cx: Context<'_>) -> Result<()> {
         let at = Loc::new(cx.file, node.range().start);
         if cx.depth > MAX_NESTING {
-            return Err(self
-                .sources
-                .error(at, format!("elements are nested more than {MAX_NESTING} deep")));
+            return Err(self.sources.error(at, format!("elements are nested more than {MAX_NESTING} deep")));
         }
         let tag = node.tag_name().name();
         let is_plugin = tag == "spectrum" && node.has_attribute("type");
@@ -156,41 +135,14 @@ impl Reader {
             self.check_new_id(&id, a.at("id"))?;
             self.ids.insert(id.clone(), object);
         }
-        let name = if a.text("name").is_empty() {
-            cx.name
-        } else {
-            a.text("name")
-        };
+        let name = if a.text("name").is_empty() { cx.name } else { a.text("name") };
         if let Some(parent) = cx.parent {
             let value = Value::Child(object);
-            self.add(
-                parent,
-                cx,
-                Param {
-                    name: name.into(),
-                    at,
-                    value_at: at,
-                    value,
-                    used: Cell::new(false),
-                },
-            )?;
+            self.add(parent, cx, Param { name: name.into(), at, value_at: at, value, used: Cell::new(false) })?;
         }
         let (plugin, plugin_at) = (a.text("type").to_string(), a.at("type"));
-        self.objects.push(Object {
-            category,
-            plugin,
-            id,
-            at,
-            plugin_at,
-            params: Vec::new(),
-        });
-        self.children(
-            node,
-            Context {
-                parent: Some(object),
-                ..cx
-            },
-        )
+        self.objects.push(Object { category, plugin, id, at, plugin_at, params: Vec::new() });
+        self.children(node, Context { parent: Some(object), ..cx })
     }
 
     /// Gives an object a parameter, under the name that today's Mitsuba has for it.
@@ -198,15 +150,10 @@ impl Reader {
         if cx.legacy {
             param.name = modern_name(&param.name, &self.objects[parent].plugin);
         }
-        let earlier = self.objects[parent]
-            .params
-            .iter()
-            .find(|p| !p.name.is_empty() && p.name == param.name);
+        let earlier = self.objects[parent].params.iter().find(|p| !p.name.is_empty() && p.name == param.name);
         if let Some(earlier) = earlier {
             let first = self.sources.span(earlier.at);
-            return Err(self
-                .sources
-                .error(param.at, format!("'{}' is given twice; first at {first}", param.name)));
+            return Err(self.sources.error(param.at, format!("'{}' is given twice; first at {first}", param.name)));
         }
         self.objects[parent].params.push(param);
         Ok(())
@@ -216,9 +163,7 @@ impl Reader {
         let a = self.attributes(node, cx, &["name", "value"], &[])?;
         self.no_children(node, cx)?;
         if a.text("name").is_empty() {
-            return Err(self
-                .sources
-                .error(a.at("name"), "the name of a <default> must not be empty"));
+            return Err(self.sources.error(a.at("name"), "the name of a <default> must not be empty"));
         }
         self.parameters.add_default(a.text("name"), a.text("value"));
         Ok(())
@@ -230,10 +175,7 @@ impl Reader {
         self.check_new_id(a.text("as"), a.at("as"))?;
         let Some(&object) = self.ids.get(a.text("id")) else {
             let hint = suggestion(a.text("id"), self.ids.keys().map(String::as_str));
-            let message = format!(
-                "there is no object with the id '{}' before this <alias>{hint}",
-                a.text("id")
-            );
+            let message = format!("there is no object with the id '{}' before this <alias>{hint}", a.text("id"));
             return Err(self.sources.error(a.at("id"), message));
         };
         self.ids.insert(a.text("as").into(), object);
@@ -245,9 +187,7 @@ impl Reader {
             None => Ok(()),
             Some(&object) => {
                 let first = self.sources.span(self.objects[object].at);
-                Err(self
-                    .sources
-                    .error(at, format!("the id '{id}' is taken; first at {first}")))
+                Err(self.sources.error(at, format!("the id '{id}' is taken; first at {first}")))
             }
         }
     }
@@ -256,9 +196,7 @@ impl Reader {
         let a = self.attributes(node, cx, &["value"], &[])?;
         self.no_children(node, cx)?;
         if self.objects[parent].category != Category::Scene {
-            return Err(self
-                .sources
-                .error(a.at("value"), "<path> can only stand directly inside <scene>"));
+            return Err(self.sources.error(a.at("value"), "<path> can only stand directly inside <scene>"));
         }
         let found = find_file(&self.search, self.sources.path(cx.file), a.text("value"));
         let folder = found.map_err(|message| self.sources.error(a.at("value"), message))?;
@@ -272,9 +210,7 @@ impl Reader {
             Some(child) => {
                 let (inner, outer) = (child.tag_name().name(), node.tag_name().name());
                 let at = Loc::new(cx.file, child.range().start);
-                Err(self
-                    .sources
-                    .error(at, format!("<{inner}> cannot stand inside <{outer}>")))
+                Err(self.sources.error(at, format!("<{inner}> cannot stand inside <{outer}>")))
             }
         }
     }
@@ -284,9 +220,7 @@ impl Reader {
             let Value::Reference(id) = &param.value else { continue };
             let Some(&object) = self.ids.get(id) else {
                 let hint = suggestion(id, self.ids.keys().map(String::as_str));
-                return Err(self
-                    .sources
-                    .error(param.value_at, format!("there is no object with the id '{id}'{hint}")));
+                return Err(self.sources.error(param.value_at, format!("there is no object with the id '{id}'{hint}")));
             };
             param.value = Value::Child(object);
         }
@@ -313,11 +247,7 @@ fn modern_name(name: &str, plugin: &str) -> String {
         }
         previous = c;
     }
-    if plugin == "diffuse" && out == "diffuse_reflectance" {
-        "reflectance".into()
-    } else {
-        out
-    }
+    if plugin == "diffuse" && out == "diffuse_reflectance" { "reflectance".into() } else { out }
 }
 
 #[cfg(test)]
@@ -326,12 +256,7 @@ mod tests {
 
     #[test]
     fn old_names_become_new_ones() {
-        for (old, new) in [
-            ("maxDepth", "max_depth"),
-            ("toWorld", "to_world"),
-            ("toUV", "to_uv"),
-            ("alpha", "alpha"),
-        ] {
+        for (old, new) in [("maxDepth", "max_depth"), ("toWorld", "to_world"), ("toUV", "to_uv"), ("alpha", "alpha")] {
             assert_eq!(modern_name(old, "x"), new);
         }
         assert_eq!(modern_name("diffuseReflectance", "diffuse"), "reflectance");

@@ -3,9 +3,13 @@
 //! Shapes describe themselves; [`crate::accel`] reads the description. Coordinates are the compiled scene's: f32, the
 //! centre of the scene at the origin, the largest coordinate of any surface between one half and one.
 
+pub mod offset;
 pub mod sphere;
+pub mod surface;
 pub mod triangle;
 
+use crate::math::bounds::Bounds;
+use crate::math::ray::Ray;
 use glam::Vec3;
 
 /// A surface of the compiled scene. Its index in [`crate::scene::Scene::shapes`] is its id.
@@ -15,6 +19,37 @@ pub enum Shape {
     Mesh(TriangleMesh),
     /// A sphere.
     Sphere(sphere::Sphere),
+}
+
+impl Shape {
+    /// How many primitives it has: faces of a mesh, 1 of a sphere.
+    pub fn primitive_count(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => mesh.faces.len(),
+            Self::Sphere(_) => 1,
+        }
+    }
+
+    /// A box that contains a primitive.
+    pub fn primitive_bounds(&self, primitive: u32) -> Bounds {
+        match self {
+            Self::Mesh(mesh) => Bounds::of(mesh.triangle(primitive)),
+            Self::Sphere(sphere) => sphere.bounds(),
+        }
+    }
+
+    /// Distance, in units of the direction, at which `ray` meets a primitive that an accelerator says it meets; see
+    /// [`triangle::resolve`] and [`sphere::Sphere::resolve`].
+    #[inline]
+    pub fn resolve_distance(&self, primitive: u32, ray: &Ray) -> f64 {
+        match self {
+            Self::Mesh(mesh) => {
+                let [v0, v1, v2] = mesh.triangle(primitive);
+                triangle::resolve(ray, v0, v1, v2).t
+            }
+            Self::Sphere(sphere) => sphere.resolve(ray),
+        }
+    }
 }
 
 /// Triangles with shared vertices. No triangle has zero area (exactly, in f64, of the f32 vertices).

@@ -1,1 +1,281 @@
-//! Triangles.
+//! How a ray meets a triangle: one watertight decision in f32, and the point of a known hit in f64.
+//!
+//! # The test
+//!
+//! After Woop, Benthin and Wald 2013, *Watertight Ray/Triangle Intersection* (section 3). Let z be the axis along which
+//! the direction is longest, x and y the others. Vertices are moved so that the ray's origin is at 0 and sheared so that
+//! the ray is the z axis: x' = (v.x − o.x) − (d.x/d.z)·(v.z − o.z), and y' likewise. The ray crosses the triangle where
+//! the origin of the plane (x', y') lies in the projected triangle, that is where the three edge functions
+//! U = x'₂·y'₁ − y'₂·x'₁ and so on have no two opposite signs.
+//!
+//! *Why no ray slips through a shared edge.* A vertex is sheared by itself: all triangles around it see the same
+//! rounded (x', y'). Of these rounded points the sign of each edge function is exact: rounding is monotone, so the
+//! difference of two rounded products has the sign of the exact difference or is 0; 0 (and NaN, where a product
+//! overflowed) is decided again in f64, where products of two f32 are exact. So the test is an exact one of a slightly
+//! moved mesh, the same for all its triangles. `mul_add` would round the two products differently and break this.
+//!
+//! *How far the vertices are moved.* With u the unit roundoff and M the largest |v − o| of any coordinate, the two
+//! differences, the quotient d.x/d.z (at most 1), the product and the last difference give at most
+//! u·|v.x − o.x| + 3u·|v.z − o.z| + u·(|v.x − o.x| + |v.z − o.z|) ≤ 6·u·M, to first order ([`SHEAR_ROUNDINGS`]).
+//!
+//! # The distance
+//!
+//! It is always computed in f64, by [`resolve`], for the few triangles that pass the test: a grazing ray would otherwise
+//! take the triangle it left for one that it meets. It is the depth of the point of the triangle that is nearest to the
+//! ray in the sheared plane: where the ray truly crosses the triangle, the crossing; where it only crosses the rounded
+//! one, a point at most 6·u·M beside the ray. This is what lets the boxes of `accel::native` be conservative, and it
+//! makes the interval test exact for the f32 inputs, but for the rounding of f64.
+
+use crate::math::ray::Ray;
+use glam::{Vec3, Vec4};
+
+/// The number of unit roundoffs of the largest coordinate of v − o that a sheared vertex may be off by.
+pub const SHEAR_ROUNDINGS: u32 = 6;
+
+/// A projected area below this fraction of the square of its size counts as none in [`resolve`]: of a triangle seen so
+/// much edge-on, the crossing is sought on its edges. Barycentrics have an error of about 2⁻⁵⁰/fraction and leaving out
+/// the interior one of about the fraction; 2⁻²⁵ makes both half an ulp of f32.
+const EDGE_ON: f64 = 1.0 / (1u64 << 25) as f64;
+
+/// A ray, prepared for the triangle test.
+#[derive(Clone, Copy, Debug)]
+pub struct WatertightRay {
+    /// The origin, in the order of the sheared space's axes.
+    origin: [f32; 3],
+    /// d.x/d.z and d.y/d.z.
+    shear: [f32; 2],
+    /// The same in f64, and the interval.
+    exact: ExactRay,
+}
+
+/// What the computations in f64 need.
+#[derive(Clone, Copy, Debug)]
+struct ExactRay {
+    /// x, y and z of the sheared space, as axes of the world; z is the dominant one.
+    axes: [usize; 3],
+    /// In the order of `axes`.
+    origin: [f64; 3],
+    /// d.x/d.z and d.y/d.z.
+    shear: [f64; 2],
+    /// 1/d.z.
+    depth: f64,
+    tmin: f64,
+    tmax: f64,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    /// Barycentric coordinates: none negative, their sum is 1 up to rounding.
+    pub b: [f64; 3],
+    /// Distance in units of the ray's direction.
+    pub t: f64,
+}
+
+/// The values of the three edge functions, opposite v0, v1 and v2.
+type Edges<T> = [T; 3];
+
+impl WatertightRay {
+    /// Prepares `ray`, whose direction is not zero.
+    #[inline]
+    pub fn new(ray: &Ray) -> Self {
+        let exact = ExactRay::new(ray);
+        let [x, y, z] = exact.axes;
+        let d = ray.d.to_array();
+        let o = ray.o.to_array();
+        Self { origin: [o[x], o[y], o[z]], shear: [d[x] / d[z], d[y] / d[z]], exact }
+    }
+
+    /// Distance to the triangle in units of the direction, rounded from f64, where the ray meets it (from either side)
+    /// inside its open interval.
+    #[inline]
+    pub fn intersect(&self, v0: Vec3, v1: Vec3, v2: Vec3) -> Option<f32> {
+        let mut distance = None;
+        self.intersect4(&[v0, v1, v2].map(|v| v.to_array().map(Vec4::splat)), |_, t| {
+            distance = Some(t);
+            true
+        });
+        distance
+    }
+
+    /// [`Self::intersect`] for four triangles at once, stored as `v[vertex][axis]` with a lane each. Calls `on_hit` with
+    /// the lane and the distance of each hit until it returns true; returns whether it did.
+    #[inline(always)]
+    pub fn intersect4(&self, v: &[[Vec4; 3]; 3], mut on_hit: impl FnMut(usize, f32) -> bool) -> bool {
+        let p = self.shear4(v);
+        let edges = edge_functions(&p);
+        let mut candidates = candidates(&edges);
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize;
+            candidates &= candidates - 1;
+            let certain = edges.iter().all(|e| e[lane].abs() > 0.0);
+            if !certain && !crosses_exactly(p.map(|p| p.map(|c| f64::from(c[lane])))) {
+                continue;
+            }
+            let t = self.exact.resolve(v.map(|v| v.map(|c| f64::from(c[lane])))).t;
+            if t > self.exact.tmin && t < self.exact.tmax && on_hit(lane, t as f32) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The sheared (x', y') of all vertices.
+    #[inline(always)]
+    fn shear4(&self, v: &[[Vec4; 3]; 3]) -> [[Vec4; 2]; 3] {
+        let [x, y, z] = self.exact.axes;
+        let [ox, oy, oz] = self.origin;
+        let [sx, sy] = self.shear;
+        [0, 1, 2].map(|i| {
+            let depth = v[i][z] - oz;
+            [(v[i][x] - ox) - sx * depth, (v[i][y] - oy) - sy * depth]
+        })
+    }
+}
+
+/// The edge functions of sheared triangles. The two triangles at an edge get exactly opposite values, for the products
+/// are the same.
+#[inline(always)]
+fn edge_functions<T>(p: &[[T; 2]; 3]) -> Edges<T>
+where
+    T: Copy + std::ops::Mul<Output = T> + std::ops::Sub<Output = T>,
+{
+    [0, 1, 2].map(|i| {
+        let (a, b) = (p[(i + 1) % 3], p[(i + 2) % 3]);
+        b[0] * a[1] - b[1] * a[0]
+    })
+}
+
+/// The lanes where no two edge functions have certainly opposite signs, one bit each; those with a NaN may be among them.
+#[inline(always)]
+fn candidates(e: &Edges<Vec4>) -> u32 {
+    let negative = e[0].cmplt(Vec4::ZERO) | e[1].cmplt(Vec4::ZERO) | e[2].cmplt(Vec4::ZERO);
+    let positive = e[0].cmpgt(Vec4::ZERO) | e[1].cmpgt(Vec4::ZERO) | e[2].cmpgt(Vec4::ZERO);
+    !(negative & positive).bitmask() & 0b1111
+}
+
+/// Whether the origin lies in the triangle of these sheared vertices or on its rim, exactly; false for one without area.
+#[cold]
+fn crosses_exactly(p: [[f64; 2]; 3]) -> bool {
+    let e = edge_functions(&p);
+    let negative = e.iter().any(|&e| e < 0.0);
+    let positive = e.iter().any(|&e| e > 0.0);
+    negative != positive
+}
+
+impl ExactRay {
+    #[inline]
+    fn new(ray: &Ray) -> Self {
+        let size = ray.d.abs();
+        let z = if size.x > size.y && size.x > size.z {
+            0
+        } else if size.y > size.z {
+            1
+        } else {
+            2
+        };
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let d = axes.map(|axis| f64::from(ray.d[axis]));
+        Self {
+            axes,
+            origin: axes.map(|axis| f64::from(ray.o[axis])),
+            shear: [d[0] / d[2], d[1] / d[2]],
+            depth: 1.0 / d[2],
+            tmin: f64::from(ray.tmin),
+            tmax: f64::from(ray.tmax),
+        }
+    }
+
+    /// See [`resolve`]; `v[vertex][axis]`.
+    #[inline]
+    fn resolve(&self, v: [[f64; 3]; 3]) -> TriangleHit {
+        let [x, y, z] = self.axes;
+        let depth = v.map(|v| v[z] - self.origin[2]);
+        let mut p = [[0.0; 2]; 3];
+        for i in 0..3 {
+            p[i][0] = (v[i][x] - self.origin[0]) - self.shear[0] * depth[i];
+            p[i][1] = (v[i][y] - self.origin[1]) - self.shear[1] * depth[i];
+        }
+        let e = edge_functions(&p);
+        let size = p.iter().flatten().fold(0.0, |m: f64, c| if c.abs() > m { c.abs() } else { m });
+        let area = e[0] + e[1] + e[2];
+        let inside = (e[0] >= 0.0 && e[1] >= 0.0 && e[2] >= 0.0) || (e[0] <= 0.0 && e[1] <= 0.0 && e[2] <= 0.0);
+        let b = if inside && area.abs() > EDGE_ON * size * size { e.map(|e| e / area) } else { nearest_on_rim(&p) };
+        TriangleHit { b, t: (b[0] * depth[0] + b[1] * depth[1] + b[2] * depth[2]) * self.depth }
+    }
+}
+
+/// Barycentric coordinates of the point of the triangle's rim that is nearest to the origin.
+#[cold]
+fn nearest_on_rim(p: &[[f64; 2]; 3]) -> [f64; 3] {
+    let mut nearest = [1.0, 0.0, 0.0];
+    let mut least = f64::INFINITY;
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        let edge = [p[j][0] - p[i][0], p[j][1] - p[i][1]];
+        let length2 = edge[0] * edge[0] + edge[1] * edge[1];
+        let along = -(p[i][0] * edge[0] + p[i][1] * edge[1]);
+        let s = if length2 > 0.0 { (along / length2).clamp(0.0, 1.0) } else { 0.0 };
+        let at = [p[i][0] + s * edge[0], p[i][1] + s * edge[1]];
+        let distance2 = at[0] * at[0] + at[1] * at[1];
+        if distance2 < least {
+            least = distance2;
+            nearest = [0.0; 3];
+            nearest[i] = 1.0 - s;
+            nearest[j] = s;
+        }
+    }
+    nearest
+}
+
+/// The point at which `ray` meets a triangle that an accelerator says it meets, in f64, from the f32 vertices.
+///
+/// Never fails: where the ray passes beside the triangle, within rounding or not, it is the triangle's nearest point as
+/// seen along the ray. The distance need not lie in the ray's interval.
+#[inline]
+pub fn resolve(ray: &Ray, v0: Vec3, v1: Vec3, v2: Vec3) -> TriangleHit {
+    ExactRay::new(ray).resolve([v0, v1, v2].map(|v| v.to_array().map(f64::from)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIANGLE: [Vec3; 3] = [Vec3::ZERO, Vec3::X, Vec3::Y];
+
+    fn hit(o: [f32; 3], d: [f32; 3]) -> Option<f32> {
+        WatertightRay::new(&Ray::new(o.into(), d.into())).intersect(TRIANGLE[0], TRIANGLE[1], TRIANGLE[2])
+    }
+
+    #[test]
+    fn meets_inside_rim_and_corners_from_both_sides() {
+        for (x, y) in [(0.25, 0.25), (0.5, 0.5), (0.0, 0.5), (0.5, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
+            assert_eq!(hit([x, y, 2.0], [0.0, 0.0, -1.0]), Some(2.0));
+            assert_eq!(hit([x, y, -2.0], [0.0, 0.0, 2.0]), Some(1.0));
+            assert_eq!(hit([x, y, -2.0], [0.0, 0.0, -1.0]), None);
+        }
+        for (x, y) in [(0.75, 0.5), (-1e-30, 0.5), (0.5, -1e-30)] {
+            assert_eq!(hit([x, y, 2.0], [0.0, 0.0, -1.0]), None);
+        }
+    }
+
+    #[test]
+    fn edge_on_is_a_miss_and_resolves_all_the_same() {
+        let ray = Ray::new(Vec3::new(-1.0, 0.25, 0.0), Vec3::X);
+        assert_eq!(WatertightRay::new(&ray).intersect(TRIANGLE[0], TRIANGLE[1], TRIANGLE[2]), None);
+        let TriangleHit { b, t } = resolve(&ray, TRIANGLE[0], TRIANGLE[1], TRIANGLE[2]);
+        assert!((1.0..=1.75).contains(&t), "{t}");
+        assert_eq!(b.iter().sum::<f64>(), 1.0);
+    }
+
+    #[test]
+    fn interval_is_open() {
+        let [a, b, c] = TRIANGLE;
+        let ray = Ray { tmin: 2.0, ..Ray::new(Vec3::new(0.25, 0.25, 2.0), Vec3::NEG_Z) };
+        assert_eq!(WatertightRay::new(&ray).intersect(a, b, c), None);
+        let ray = Ray { tmin: 0.0, tmax: 2.0, ..ray };
+        assert_eq!(WatertightRay::new(&ray).intersect(a, b, c), None);
+        let ray = Ray { tmax: 2.0f32.next_up(), ..ray };
+        assert_eq!(WatertightRay::new(&ray).intersect(a, b, c), Some(2.0));
+    }
+}

@@ -14,11 +14,7 @@ const COUNT: usize = 95;
 
 /// The colour matching functions x̄, ȳ, z̄ at a wavelength (linear between the entries, zero outside).
 pub fn observer(nm: f64) -> [f64; 3] {
-    [
-        interpolate(&X_BAR, nm),
-        interpolate(&Y_BAR, nm),
-        interpolate(&Z_BAR, nm),
-    ]
+    [interpolate(&X_BAR, nm), interpolate(&Y_BAR, nm), interpolate(&Z_BAR, nm)]
 }
 
 /// The relative spectral power of the illuminant D65 at a wavelength (linear between the entries, zero outside).

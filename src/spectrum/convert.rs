@@ -30,11 +30,8 @@ const D65_MEAN: f64 = 98.997_417_518_762_55;
 
 /// CIE XYZ to linear sRGB: ITU-R BT.709 primaries, white D65, rounded to six decimals as Mitsuba and many others have
 /// it.
-const XYZ_TO_RGB: [[f64; 3]; 3] = [
-    [3.240479, -1.537150, -0.498535],
-    [-0.969256, 1.875991, 0.041556],
-    [0.055648, -0.204043, 1.057311],
-];
+const XYZ_TO_RGB: [[f64; 3]; 3] =
+    [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]];
 
 /// A spectrum given by (wavelength in nm, value) pairs of ascending wavelength, linear between them and zero outside.
 ///
@@ -47,22 +44,14 @@ pub fn tabulated_to_rgb(samples: &[(f64, f64)], role: SpectrumRole) -> ([f64; 3]
         let Some(value) = interpolate(samples, nm, &mut upper) else {
             continue;
         };
-        let light = if role == SpectrumRole::Emission {
-            1.0
-        } else {
-            cie::d65(nm) / D65_MEAN
-        };
+        let light = if role == SpectrumRole::Emission { 1.0 } else { cie::d65(nm) / D65_MEAN };
         for (sum, bar) in xyz.iter_mut().zip(cie::observer(nm)) {
             *sum += bar * value * light;
         }
     }
     let width = (cie::LAST_NM - cie::FIRST_NM) / STEPS as f64;
     let rgb = xyz_to_rgb(xyz.map(|v| v * width / Y_INTEGRAL));
-    let most = if role == SpectrumRole::Reflectance {
-        1.0
-    } else {
-        f64::INFINITY
-    };
+    let most = if role == SpectrumRole::Reflectance { 1.0 } else { f64::INFINITY };
     let clamped = rgb.map(|v| v.clamp(0.0, most));
     (clamped, clamped != rgb)
 }
@@ -74,11 +63,7 @@ pub fn equal_energy_to_rgb(value: f64) -> [f64; 3] {
 
 /// One channel of sRGB, in [0, 1], to linear (IEC 61966-2-1, 5.2).
 pub fn srgb_to_linear(v: f64) -> f64 {
-    if v <= 0.04045 {
-        v / 12.92
-    } else {
-        libm::pow((v + 0.055) / 1.055, 2.4)
-    }
+    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
 }
 
 fn xyz_to_rgb(xyz: [f64; 3]) -> [f64; 3] {
@@ -114,36 +99,18 @@ mod tests {
     #[test]
     fn tabulated_spectra_are_mitsuba_s_colours() {
         let peak = [(400.0, 0.1), (500.0, 0.9), (700.0, 0.2)];
-        assert_close(
-            tabulated_to_rgb(&peak, SpectrumRole::Reflectance).0,
-            [0.367123, 0.793739, 0.508171],
-        );
+        assert_close(tabulated_to_rgb(&peak, SpectrumRole::Reflectance).0, [0.367123, 0.793739, 0.508171]);
         let steep = [(400.0, 0.1), (500.0, 0.9), (700.0, 1.9)];
         assert!(tabulated_to_rgb(&steep, SpectrumRole::Reflectance).1, "clamped");
         let lamp = [(400.0, 0.0), (500.0, 8.0), (600.0, 15.6), (700.0, 18.4)];
-        assert_close(
-            tabulated_to_rgb(&lamp, SpectrumRole::Emission).0,
-            [20.7108, 10.8546, 2.77115],
-        );
+        assert_close(tabulated_to_rgb(&lamp, SpectrumRole::Emission).0, [20.7108, 10.8546, 2.77115]);
         let index = [(400.0, 1.0), (600.0, 2.0), (700.0, 3.0)];
-        assert_close(
-            tabulated_to_rgb(&index, SpectrumRole::Index).0,
-            [2.30642, 1.70653, 1.19784],
-        );
+        assert_close(tabulated_to_rgb(&index, SpectrumRole::Index).0, [2.30642, 1.70653, 1.19784]);
         let flat = [(400.0, 1.0), (700.0, 1.0)];
-        assert_close(
-            tabulated_to_rgb(&flat, SpectrumRole::Reflectance).0,
-            [0.995342, 0.999756, 0.994909],
-        );
-        assert_close(
-            tabulated_to_rgb(&flat, SpectrumRole::Emission).0,
-            [1.19969, 0.94952, 0.903443],
-        );
+        assert_close(tabulated_to_rgb(&flat, SpectrumRole::Reflectance).0, [0.995342, 0.999756, 0.994909]);
+        assert_close(tabulated_to_rgb(&flat, SpectrumRole::Emission).0, [1.19969, 0.94952, 0.903443]);
         let wide = [(360.0, 1.0), (830.0, 1.0)];
-        assert_close(
-            tabulated_to_rgb(&wide, SpectrumRole::Emission).0,
-            [1.20488, 0.948228, 0.909267],
-        );
+        assert_close(tabulated_to_rgb(&wide, SpectrumRole::Emission).0, [1.20488, 0.948228, 0.909267]);
     }
 
     #[test]

@@ -14,12 +14,8 @@ use crate::spectrum::{Rgb, SpectrumRole};
 type BsdfFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<BsdfKind>;
 
 /// The supported bsdf plugins.
-pub(crate) const BSDFS: &[(&str, BsdfFn)] = &[
-    ("dielectric", dielectric),
-    ("diffuse", diffuse),
-    ("roughconductor", rough_conductor),
-    ("twosided", twosided),
-];
+pub(crate) const BSDFS: &[(&str, BsdfFn)] =
+    &[("dielectric", dielectric), ("diffuse", diffuse), ("roughconductor", rough_conductor), ("twosided", twosided)];
 
 /// Reflectance of `diffuse` unless given.
 const DEFAULT_REFLECTANCE: f32 = 0.5;
@@ -41,31 +37,17 @@ fn diffuse(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
 fn rough_conductor(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     if p.choice("distribution", &["beckmann", "ggx"])? != "ggx" {
         let hint = "; write <string name=\"distribution\" value=\"ggx\"/> ('beckmann' is Mitsuba's default)";
-        b.approximate(
-            p.at("distribution"),
-            "the microfacet distribution 'beckmann'",
-            hint,
-            "'ggx'",
-        )?;
+        b.approximate(p.at("distribution"), "the microfacet distribution 'beckmann'", hint, "'ggx'")?;
     }
     // How normals are sampled changes the noise, not the picture.
     p.boolean("sample_visible", true)?;
     let (eta, k) = complex_ior(b, p)?;
     let specular_reflectance = reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE);
-    Ok(BsdfKind::RoughConductor {
-        alpha: alpha(b, p)?,
-        eta,
-        k,
-        specular_reflectance,
-    })
+    Ok(BsdfKind::RoughConductor { alpha: alpha(b, p)?, eta, k, specular_reflectance })
 }
 
 fn alpha(b: &mut Builder<'_>, p: &Params<'_>) -> Result<f64> {
-    let given = (
-        roughness(b, p, "alpha")?,
-        roughness(b, p, "alpha_u")?,
-        roughness(b, p, "alpha_v")?,
-    );
+    let given = (roughness(b, p, "alpha")?, roughness(b, p, "alpha_u")?, roughness(b, p, "alpha_v")?);
     let alpha = match given {
         (alpha, None, None) => alpha.unwrap_or(DEFAULT_ALPHA),
         (None, Some(u), Some(v)) => {
@@ -88,12 +70,7 @@ fn alpha(b: &mut Builder<'_>, p: &Params<'_>) -> Result<f64> {
 fn roughness(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<Option<f64>> {
     let is_texture = p.find(name).is_some_and(|param| matches!(param.value, Value::Child(_)));
     if is_texture {
-        b.approximate(
-            p.at(name),
-            "a texture as roughness",
-            "; write a <float>",
-            "the default roughness",
-        )?;
+        b.approximate(p.at(name), "a texture as roughness", "; write a <float>", "the default roughness")?;
         return Ok(Some(DEFAULT_ALPHA));
     }
     let value = p.float(name)?;
@@ -153,10 +130,7 @@ fn twosided(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
             // Each side is seen as a front: of a two-sided one inside only the front can be seen.
             BsdfKind::TwoSided { front, .. } => *front,
             BsdfKind::Dielectric { .. } => {
-                return Err(b
-                    .document
-                    .sources
-                    .error(*at, "twosided takes only bsdfs that do not transmit"));
+                return Err(b.document.sources.error(*at, "twosided takes only bsdfs that do not transmit"));
             }
             BsdfKind::Diffuse { .. } | BsdfKind::RoughConductor { .. } => made,
         });
@@ -165,20 +139,14 @@ fn twosided(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     let Some(&front) = front else {
         return Err(b.document.sources.error(p.object.at, "twosided needs a bsdf inside"));
     };
-    Ok(BsdfKind::TwoSided {
-        front,
-        back: sides.get(1).copied().unwrap_or(front),
-    })
+    Ok(BsdfKind::TwoSided { front, back: sides.get(1).copied().unwrap_or(front) })
 }
 
 /// A reflectance; one above 1 makes light from nothing, which Mitsuba lets pass, too.
 fn reflectance(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<Option<Rgb>> {
     let value = colour(b, p, name, SpectrumRole::Reflectance)?;
     if value.is_some_and(|v| v.max_component() > 1.0) {
-        b.warn(
-            p.at(name),
-            &format!("'{name}' is larger than 1: the surface creates energy"),
-        );
+        b.warn(p.at(name), &format!("'{name}' is larger than 1: the surface creates energy"));
     }
     Ok(value)
 }

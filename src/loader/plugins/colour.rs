@@ -47,10 +47,7 @@ pub(crate) fn colour(
             return texture(b, *id, role).map(Some);
         }
         other => {
-            let message = format!(
-                "'{name}' must be a colour (<rgb>, <spectrum> or <float>), not a <{}>",
-                other.tag()
-            );
+            let message = format!("'{name}' must be a colour (<rgb>, <spectrum> or <float>), not a <{}>", other.tag());
             return Err(p.error(name, message));
         }
     };
@@ -72,10 +69,7 @@ fn checked(p: &Params<'_>, name: &str, rgb: [f64; 3]) -> Result<Rgb> {
 fn tabulated(b: &mut Builder<'_>, at: Loc, samples: &[(f64, f64)], role: SpectrumRole) -> [f64; 3] {
     let (rgb, clamped) = tabulated_to_rgb(samples, role);
     if clamped {
-        b.warn(
-            at,
-            "the spectrum is outside the gamut of sRGB and was clamped, as in Mitsuba",
-        );
+        b.warn(at, "the spectrum is outside the gamut of sRGB and was clamped, as in Mitsuba");
     }
     rgb
 }
@@ -87,13 +81,7 @@ fn read_spectrum(b: &Builder<'_>, at: Loc, file: &str) -> Result<Vec<(f64, f64)>
         .map_err(|m| sources.error(at, format!("cannot read '{}': {m}", path.display())))?;
     values::spectrum_file(&String::from_utf8_lossy(&bytes)).map_err(|(line, message)| {
         let line = u32::try_from(line).unwrap_or(u32::MAX);
-        Error::scene(
-            &Span {
-                file: path.into(),
-                position: Position::Line(line),
-            },
-            message,
-        )
+        Error::scene(&Span { file: path.into(), position: Position::Line(line) }, message)
     })
 }
 
@@ -114,10 +102,7 @@ fn texture(b: &mut Builder<'_>, id: usize, role: SpectrumRole) -> Result<Rgb> {
 
 fn uniform(_: &mut Builder<'_>, p: &Params<'_>, _: SpectrumRole) -> Result<Rgb> {
     let Some(value) = p.float("value")? else {
-        return Err(p.error(
-            "value",
-            format!("{} needs the parameter 'value' (a <float>)", p.title()),
-        ));
+        return Err(p.error("value", format!("{} needs the parameter 'value' (a <float>)", p.title())));
     };
     checked(p, "value", [value; 3])
 }

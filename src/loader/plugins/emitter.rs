@@ -49,10 +49,7 @@ pub(crate) fn emission(b: &mut Builder<'_>, id: ObjectId, at: Loc) -> Result<Rgb
 pub(crate) fn light(b: &mut Builder<'_>, id: ObjectId) -> Result<Light> {
     let at = b.document.objects[id].at;
     match emitter(b, id)? {
-        Emitter::Light(kind) => Ok(Light {
-            at: b.document.sources.span(at),
-            kind,
-        }),
+        Emitter::Light(kind) => Ok(Light { at: b.document.sources.span(at), kind }),
         Emitter::Area(_) => Err(misplaced(b.document, id, at, "the scene itself")),
     }
 }

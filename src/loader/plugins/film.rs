@@ -23,13 +23,6 @@ const SAMPLERS: &[(&str, SamplerFn)] = &[
     ("stratified", jittered),
 ];
 
-/// Largest width and height. Reason: an OpenEXR window has 32-bit corners, and a camera ray tells a millionth of the
-/// picture's width in single precision, but not much less.
-const MAX_SIDE: u32 = 1_000_000;
-
-/// Most pixels to render. Reason: their sums take more than 16 bytes each, 16 GiB in all.
-const MAX_PIXELS: u64 = 1 << 30;
-
 /// Mitsuba's film unless there is one: 768 × 576.
 const DEFAULT_SIZE: (u32, u32) = (768, 576);
 
@@ -48,23 +41,13 @@ pub(crate) fn film(b: &mut Builder<'_>, id: ObjectId) -> Result<Film> {
 
 /// The film of a sensor that has none: Mitsuba's default, but for the filter.
 pub(crate) fn default_film(b: &mut Builder<'_>, sensor: &Params<'_>) -> Result<Film> {
-    b.approximate(
-        sensor.object.at,
-        "the reconstruction filter 'gaussian'",
-        GAUSSIAN_HINT,
-        "'box'",
-    )?;
+    b.approximate(sensor.object.at, "the reconstruction filter 'gaussian'", GAUSSIAN_HINT, "'box'")?;
     let (width, height) = DEFAULT_SIZE;
     Ok(Film {
         at: sensor.span(),
         width,
         height,
-        crop: Crop {
-            x: 0,
-            y: 0,
-            width,
-            height,
-        },
+        crop: Crop { x: 0, y: 0, width, height },
         filter: Filter::Box,
         component_format: ComponentFormat::Half,
     })
@@ -78,27 +61,14 @@ fn hdrfilm(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Film> {
     if p.text("pixel_format")?.is_some() && p.choice("pixel_format", &pixels)? != "rgb" {
         b.approximate(p.at("pixel_format"), "a pixel format other than 'rgb'", "", "'rgb'")?;
     }
-    if p.choice("file_format", &["openexr", "exr", "rgbe", "pfm"])?
-        .trim_start_matches("open")
-        != "exr"
-    {
-        b.approximate(
-            p.at("file_format"),
-            "a file format other than 'openexr'",
-            "",
-            "'openexr'",
-        )?;
+    if p.choice("file_format", &["openexr", "exr", "rgbe", "pfm"])?.trim_start_matches("open") != "exr" {
+        b.approximate(p.at("file_format"), "a file format other than 'openexr'", "", "'openexr'")?;
     }
     let component_format = match p.choice("component_format", &["float16", "float32", "uint32"])? {
         "float16" => ComponentFormat::Half,
         "float32" => ComponentFormat::Float,
         _ => {
-            b.approximate(
-                p.at("component_format"),
-                "the component format 'uint32'",
-                "",
-                "'float32'",
-            )?;
+            b.approximate(p.at("component_format"), "the component format 'uint32'", "", "'float32'")?;
             ComponentFormat::Float
         }
     };
@@ -107,45 +77,13 @@ fn hdrfilm(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Film> {
     }
     // Whether sums are compensated is our own business.
     p.accept(&["compensate"]);
-    Ok(Film {
-        at: p.span(),
-        width,
-        height,
-        crop,
-        filter: filter(b, p)?,
-        component_format,
-    })
+    Ok(Film { at: p.span(), width, height, crop, filter: filter(b, p)?, component_format })
 }
 
 fn side(p: &Params<'_>, name: &'static str, default: u32) -> Result<u32> {
     let value = p.unsigned(name, default, 1)?;
-    if value > MAX_SIDE {
-        return Err(p.error(
-            name,
-            format!("'{name}' is {value}; a film can have at most {MAX_SIDE} pixels a side"),
-        ));
-    }
+    Film::check_side(value).map_err(|m| p.error(name, format!("'{name}': {m}")))?;
     Ok(value)
-}
-
-/// What is wrong with a film of this size, all of it to be rendered.
-pub(crate) fn check_size(width: u32, height: u32) -> std::result::Result<(), String> {
-    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return Err(format!(
-            "{width}x{height}: a film has between 1 and {MAX_SIDE} pixels a side"
-        ));
-    }
-    check_pixels(width, height)
-}
-
-fn check_pixels(width: u32, height: u32) -> std::result::Result<(), String> {
-    let pixels = u64::from(width) * u64::from(height);
-    if pixels <= MAX_PIXELS {
-        return Ok(());
-    }
-    Err(format!(
-        "{width}x{height}: {pixels} pixels are too many; at most {MAX_PIXELS} can be rendered"
-    ))
 }
 
 fn crop(p: &Params<'_>, width: u32, height: u32) -> Result<Crop> {
@@ -156,38 +94,21 @@ fn crop(p: &Params<'_>, width: u32, height: u32) -> Result<Crop> {
         height: p.unsigned("crop_height", height, 1)?,
     };
     let fits = |offset: u32, size: u32, whole: u32| offset.checked_add(size).is_some_and(|end| end <= whole);
-    let outside = |name, size, whole| {
-        p.error(
-            name,
-            format!("the crop window ends outside the film: {size} pixels of {whole}"),
-        )
-    };
+    let outside =
+        |name, size, whole| p.error(name, format!("the crop window ends outside the film: {size} pixels of {whole}"));
     if !fits(crop.x, crop.width, width) {
-        return Err(outside(
-            "crop_offset_x",
-            u64::from(crop.x) + u64::from(crop.width),
-            width,
-        ));
+        return Err(outside("crop_offset_x", u64::from(crop.x) + u64::from(crop.width), width));
     }
     if !fits(crop.y, crop.height, height) {
-        return Err(outside(
-            "crop_offset_y",
-            u64::from(crop.y) + u64::from(crop.height),
-            height,
-        ));
+        return Err(outside("crop_offset_y", u64::from(crop.y) + u64::from(crop.height), height));
     }
-    check_pixels(crop.width, crop.height).map_err(|m| p.error("width", m))?;
+    Film::check_pixels(crop).map_err(|m| p.error("width", m))?;
     Ok(crop)
 }
 
 fn filter(b: &mut Builder<'_>, film: &Params<'_>) -> Result<Filter> {
     let Some((id, at)) = film.child(Category::Rfilter)? else {
-        b.approximate(
-            film.object.at,
-            "the reconstruction filter 'gaussian'",
-            GAUSSIAN_HINT,
-            "'box'",
-        )?;
+        b.approximate(film.object.at, "the reconstruction filter 'gaussian'", GAUSSIAN_HINT, "'box'")?;
         return Ok(Filter::Box);
     };
     let make = match find(b.document, id, FILTERS) {
@@ -210,10 +131,7 @@ fn box_filter(_: &mut Builder<'_>, _: &Params<'_>) -> Result<Filter> {
 /// The sampler of a sensor; its type is a hint.
 pub(crate) fn sampler(b: &mut Builder<'_>, sensor: &Params<'_>) -> Result<Sampler> {
     let Some((id, _)) = sensor.child(Category::Sampler)? else {
-        return Ok(Sampler {
-            sample_count: DEFAULT_SAMPLE_COUNT,
-            seed: 0,
-        });
+        return Ok(Sampler { sample_count: DEFAULT_SAMPLE_COUNT, seed: 0 });
     };
     let p = Params::new(b.document, id);
     find(b.document, id, SAMPLERS)?(&p)?;

@@ -28,17 +28,10 @@ fn path(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Integrator> {
     let max_depth = match p.integer("max_depth")?.unwrap_or(-1) {
         -1 => None,
         depth => Some(u32::try_from(depth).map_err(|_| {
-            p.error(
-                "max_depth",
-                format!("'max_depth' must be -1 (no limit) or at least 0, not {depth}"),
-            )
+            p.error("max_depth", format!("'max_depth' must be -1 (no limit) or at least 0, not {depth}"))
         })?),
     };
-    Ok(Integrator {
-        max_depth,
-        rr_depth: p.unsigned("rr_depth", default.rr_depth, 1)?,
-        ..default
-    })
+    Ok(Integrator { max_depth, rr_depth: p.unsigned("rr_depth", default.rr_depth, 1)?, ..default })
 }
 
 fn direct(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Integrator> {
@@ -47,8 +40,5 @@ fn direct(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Integrator> {
             b.approximate(p.at(name), &format!("'{name}' other than 1"), "", "one sample")?;
         }
     }
-    Ok(Integrator {
-        kind: IntegratorKind::Direct,
-        ..Integrator::default()
-    })
+    Ok(Integrator { kind: IntegratorKind::Direct, ..Integrator::default() })
 }

@@ -82,39 +82,12 @@ const MITSUBA: &[(Category, &[&str])] = &[
     ),
     (
         Category::Sensor,
-        &[
-            "batch",
-            "distant",
-            "irradiancemeter",
-            "orthographic",
-            "perspective",
-            "radiancemeter",
-            "thinlens",
-        ],
+        &["batch", "distant", "irradiancemeter", "orthographic", "perspective", "radiancemeter", "thinlens"],
     ),
     (Category::Film, &["hdrfilm", "specfilm"]),
-    (
-        Category::Sampler,
-        &["independent", "ldsampler", "multijitter", "orthogonal", "stratified"],
-    ),
-    (
-        Category::Rfilter,
-        &["box", "catmullrom", "gaussian", "lanczos", "mitchell", "tent"],
-    ),
-    (
-        Category::Integrator,
-        &[
-            "aov",
-            "depth",
-            "direct",
-            "moment",
-            "path",
-            "ptracer",
-            "stokes",
-            "volpath",
-            "volpathmis",
-        ],
-    ),
+    (Category::Sampler, &["independent", "ldsampler", "multijitter", "orthogonal", "stratified"]),
+    (Category::Rfilter, &["box", "catmullrom", "gaussian", "lanczos", "mitchell", "tent"]),
+    (Category::Integrator, &["aov", "depth", "direct", "moment", "path", "ptracer", "stokes", "volpath", "volpathmis"]),
     (
         Category::Texture,
         &[
@@ -132,10 +105,7 @@ const MITSUBA: &[(Category, &[&str])] = &[
         ],
     ),
     (Category::Medium, &["heterogeneous", "homogeneous"]),
-    (
-        Category::Phase,
-        &["blendphase", "hg", "isotropic", "rayleigh", "sggx", "tabphase"],
-    ),
+    (Category::Phase, &["blendphase", "hg", "isotropic", "rayleigh", "sggx", "tabphase"]),
     (Category::Volume, &["constvolume", "gridvolume"]),
 ];
 
@@ -168,24 +138,17 @@ fn unknown(document: &Document, id: ObjectId, supported: impl Iterator<Item = &'
     if known.contains(&object.plugin.as_str()) {
         let list: Vec<&str> = supported.collect();
         let what = format!("{tag} plugin '{}'", object.plugin);
-        return document
-            .sources
-            .unsupported(object.plugin_at, what, format!("; supported: {}", list.join(", ")));
+        return document.sources.unsupported(object.plugin_at, what, format!("; supported: {}", list.join(", ")));
     }
     let elsewhere = MITSUBA.iter().find(|row| row.1.contains(&object.plugin.as_str()));
     let hint = match elsewhere {
         Some((category, _)) => format!("; '{}' is a plugin for <{}>", object.plugin, category.tag()),
         None => suggestion(&object.plugin, known.iter().copied()),
     };
-    document.sources.error(
-        object.plugin_at,
-        format!("unknown {tag} plugin '{}'{hint}", object.plugin),
-    )
+    document.sources.error(object.plugin_at, format!("unknown {tag} plugin '{}'{hint}", object.plugin))
 }
 
 /// An error that says which kinds of child an object cannot have there.
 pub(crate) fn misplaced(document: &Document, id: ObjectId, at: super::source::Loc, whose: &str) -> Error {
-    document
-        .sources
-        .error(at, format!("{} cannot belong to {whose}", title(&document.objects[id])))
+    document.sources.error(at, format!("{} cannot belong to {whose}", title(&document.objects[id])))
 }

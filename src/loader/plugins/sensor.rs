@@ -42,19 +42,15 @@ fn perspective(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Camera> {
     let near_clip = p.positive("near_clip", 0.01)?;
     let far_clip = p.float("far_clip")?.unwrap_or(1e4);
     if near_clip >= far_clip {
-        return Err(p.error(
-            "far_clip",
-            format!("'far_clip' ({far_clip}) must be larger than 'near_clip' ({near_clip})"),
-        ));
+        return Err(
+            p.error("far_clip", format!("'far_clip' ({far_clip}) must be larger than 'near_clip' ({near_clip})"))
+        );
     }
     let offset = |name| Ok(p.float(name)?.unwrap_or(0.0));
     let principal_point_offset = (offset("principal_point_offset_x")?, offset("principal_point_offset_y")?);
     // Where a pinhole is focused changes nothing; nor does the time, as nothing moves.
     p.float("focus_distance")?;
-    let (open, close) = (
-        p.float("shutter_open")?.unwrap_or(0.0),
-        p.float("shutter_close")?.unwrap_or(0.0),
-    );
+    let (open, close) = (p.float("shutter_open")?.unwrap_or(0.0), p.float("shutter_close")?.unwrap_or(0.0));
     if open > close {
         return Err(p.error("shutter_open", "the shutter must not open after it closes"));
     }
@@ -64,17 +60,7 @@ fn perspective(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Camera> {
     };
     let sampler = film::sampler(b, p)?;
     let at = p.span();
-    Ok(Camera {
-        at,
-        to_world,
-        fov,
-        fov_axis,
-        near_clip,
-        far_clip,
-        principal_point_offset,
-        film,
-        sampler,
-    })
+    Ok(Camera { at, to_world, fov, fov_axis, near_clip, far_clip, principal_point_offset, film, sampler })
 }
 
 fn field_of_view(p: &Params<'_>) -> Result<(f64, FovAxis)> {
@@ -104,9 +90,5 @@ fn field_of_view(p: &Params<'_>) -> Result<(f64, FovAxis)> {
 fn millimetres(p: &Params<'_>, text: &str) -> Result<f64> {
     let number = text.trim().trim_end_matches("mm");
     let value = crate::loader::values::number(number).map_err(|m| p.error("focal_length", m))?;
-    if value > 0.0 {
-        Ok(value)
-    } else {
-        Err(p.error("focal_length", "'focal_length' must be larger than zero"))
-    }
+    if value > 0.0 { Ok(value) } else { Err(p.error("focal_length", "'focal_length' must be larger than zero")) }
 }

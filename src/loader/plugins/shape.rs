@@ -15,12 +15,8 @@ use std::sync::Arc;
 type ShapeFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Made>;
 
 /// The supported shape plugins.
-const SHAPES: &[(&str, ShapeFn)] = &[
-    ("obj", obj_mesh),
-    ("ply", ply_mesh),
-    ("rectangle", rectangle),
-    ("sphere", sphere),
-];
+const SHAPES: &[(&str, ShapeFn)] =
+    &[("obj", obj_mesh), ("ply", ply_mesh), ("rectangle", rectangle), ("sphere", sphere)];
 
 /// Largest relative difference between the scales of the axes at which a sphere is still a sphere.
 const SPHERE_TOLERANCE: f64 = 1e-3;
@@ -60,25 +56,14 @@ pub(crate) fn shape(b: &mut Builder<'_>, id: ObjectId) -> Result<Shape> {
     // Every shape of Mitsuba has these; they do nothing for those that are not meshes.
     p.accept(&["face_normals", "silhouette_sampling_weight"]);
     let made = make(b, &p)?;
-    let file_name = made
-        .file
-        .as_deref()
-        .and_then(|f| Path::new(f).file_name())
-        .map(|f| f.to_string_lossy().into());
+    let file_name = made.file.as_deref().and_then(|f| Path::new(f).file_name()).map(|f| f.to_string_lossy().into());
     let name = match &p.object.id {
         id if !id.is_empty() => id.clone(),
         _ => file_name.unwrap_or_else(|| p.object.plugin.clone()),
     };
     let flip_normals = flip_normals != made.flip;
-    let shape = Shape {
-        at: p.span(),
-        name,
-        geometry: made.geometry,
-        to_world: made.to_world,
-        flip_normals,
-        bsdf,
-        emission,
-    };
+    let shape =
+        Shape { at: p.span(), name, geometry: made.geometry, to_world: made.to_world, flip_normals, bsdf, emission };
     p.finish(b)?;
     Ok(shape)
 }
@@ -99,12 +84,7 @@ fn rectangle(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     let to_world = if m.matrix3.determinant() < 0.0 { m * mirror } else { m };
     p.accept(&["flip_tex_coords"]);
-    Ok(Made {
-        geometry: Geometry::Rectangle,
-        to_world,
-        flip: false,
-        file: None,
-    })
+    Ok(Made { geometry: Geometry::Rectangle, to_world, flip: false, file: None })
 }
 
 /// A sphere is brought to world space here: all that a transformation can do to it is to move, to scale, and, if it
@@ -115,26 +95,15 @@ fn sphere(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     let m = to_world(p)?;
     let linear = m.matrix3;
     let Some(scale) = uniform_scale(linear, SPHERE_TOLERANCE) else {
-        return Err(p.error(
-            "to_world",
-            "the transformation of a sphere must scale all axes alike and not shear",
-        ));
+        return Err(p.error("to_world", "the transformation of a sphere must scale all axes alike and not shear"));
     };
     let radius = radius * scale * linear.determinant().signum();
     let centre = m.transform_point3(centre);
     if radius == 0.0 || !radius.is_finite() || !centre.is_finite() {
         return Err(p.error("radius", "the radius of a sphere must be neither zero nor infinite"));
     }
-    let geometry = Geometry::Sphere {
-        centre,
-        radius: radius.abs(),
-    };
-    Ok(Made {
-        geometry,
-        to_world: DAffine3::IDENTITY,
-        flip: radius < 0.0,
-        file: None,
-    })
+    let geometry = Geometry::Sphere { centre, radius: radius.abs() };
+    Ok(Made { geometry, to_world: DAffine3::IDENTITY, flip: radius < 0.0, file: None })
 }
 
 /// The factor by which a matrix scales every vector, if there is one.
@@ -142,9 +111,7 @@ fn uniform_scale(m: DMat3, tolerance: f64) -> Option<f64> {
     // The cube root of the volume, and what is left when it is divided out.
     let scale = libm::cbrt(m.determinant().abs());
     let rigid = m * (1.0 / scale);
-    (rigid.transpose() * rigid)
-        .abs_diff_eq(DMat3::IDENTITY, tolerance)
-        .then_some(scale)
+    (rigid.transpose() * rigid).abs_diff_eq(DMat3::IDENTITY, tolerance).then_some(scale)
 }
 
 fn obj_mesh(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
@@ -161,10 +128,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
     // No texture coordinates are kept yet.
     p.boolean("flip_tex_coords", true)?;
     let to_world = to_world(p)?;
-    let path = b
-        .document
-        .find_file(file, p.at("filename"))
-        .map_err(|m| p.error("filename", m))?;
+    let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;
     let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
     let linear = normals::frame(to_world.matrix3);
     // A mesh that needs no normals of its own computing is the same in every frame, but that shows only once it is read.
@@ -174,29 +138,17 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
         face_normals,
         linear: (linear != DMat3::IDENTITY && !face_normals).then(|| linear.to_cols_array().map(f64::to_bits)),
     };
-    let own = b
-        .meshes
-        .get(&key(linear))
-        .or_else(|| b.meshes.get(&key(DMat3::IDENTITY)).filter(|m| m.has_own_normals));
+    let own = b.meshes.get(&key(linear)).or_else(|| b.meshes.get(&key(DMat3::IDENTITY)).filter(|m| m.has_own_normals));
     let loaded = match own {
         Some(loaded) => loaded.clone(),
         None => {
             let loaded = read(b, p, &path, is_ply, face_normals, linear)?;
-            let frame = if loaded.has_own_normals {
-                DMat3::IDENTITY
-            } else {
-                linear
-            };
+            let frame = if loaded.has_own_normals { DMat3::IDENTITY } else { linear };
             b.meshes.insert(key(frame), loaded.clone());
             loaded
         }
     };
-    Ok(Made {
-        geometry: Geometry::Mesh(loaded.mesh),
-        to_world,
-        flip: false,
-        file: Some(file.into()),
-    })
+    Ok(Made { geometry: Geometry::Mesh(loaded.mesh), to_world, flip: false, file: Some(file.into()) })
 }
 
 /// A mesh and whether its normals (or their absence) came from the file.
@@ -220,10 +172,7 @@ fn read(
         other => other,
     })?;
     if mesh.normals.len() != mesh.positions.len() && !mesh.normals.is_empty() {
-        b.warn(
-            p.at("filename"),
-            "some vertices of the mesh have no normal; all normals are computed",
-        );
+        b.warn(p.at("filename"), "some vertices of the mesh have no normal; all normals are computed");
         mesh.normals.clear();
     }
     let mut has_own_normals = true;
@@ -233,8 +182,5 @@ fn read(
         mesh.normals = normals::compute(&mesh.positions, &mesh.faces, linear);
         has_own_normals = false;
     }
-    Ok(LoadedMesh {
-        mesh: Arc::new(mesh),
-        has_own_normals,
-    })
+    Ok(LoadedMesh { mesh: Arc::new(mesh), has_own_normals })
 }

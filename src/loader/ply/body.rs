@@ -14,12 +14,7 @@ const ASCII_NUMBER_BYTES: usize = 2;
 
 /// Reads the mesh that follows the header.
 pub(super) fn parse(bytes: &[u8], header: &Header) -> Parsed<Mesh> {
-    let mut cursor = Cursor {
-        bytes,
-        at: header.body,
-        line: header.body_line,
-        format: header.format,
-    };
+    let mut cursor = Cursor { bytes, at: header.body, line: header.body_line, format: header.format };
     let mut mesh = Mesh::default();
     for element in &header.elements {
         cursor.check_room(element)?;
@@ -40,12 +35,7 @@ pub(super) fn parse(bytes: &[u8], header: &Header) -> Parsed<Mesh> {
 }
 
 fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh) -> Parsed<()> {
-    let column = |name: &str| {
-        element
-            .properties
-            .iter()
-            .position(|p| p.name == name && p.length.is_none())
-    };
+    let column = |name: &str| element.properties.iter().position(|p| p.name == name && p.length.is_none());
     let columns = |names: [&str; 3]| Some([column(names[0])?, column(names[1])?, column(names[2])?]);
     let Some(position) = columns(["x", "y", "z"]) else {
         return Err((Position::Whole, "the vertices have no x, y and z".into()));
@@ -55,8 +45,7 @@ fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh) -> Pars
         return Err((Position::Whole, "the mesh has too many vertices".into()));
     }
     mesh.positions.reserve_exact(element.count);
-    mesh.normals
-        .reserve_exact(if normal.is_some() { element.count } else { 0 });
+    mesh.normals.reserve_exact(if normal.is_some() { element.count } else { 0 });
     let mut row = vec![0.0; element.properties.len()];
     for _ in 0..element.count {
         for (i, property) in element.properties.iter().enumerate() {
@@ -68,10 +57,7 @@ fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh) -> Pars
             row[i] = cursor.scalar(property.scalar)?;
             let matters = position.contains(&i) || normal.is_some_and(|n| n.contains(&i));
             if matters && !row[i].is_finite() {
-                return Err(cursor.fault(
-                    place,
-                    format!("'{}' is not a finite number", cursor.word(place, row[i])),
-                ));
+                return Err(cursor.fault(place, format!("'{}' is not a finite number", cursor.word(place, row[i]))));
             }
         }
         mesh.positions.push(DVec3::from(position.map(|i| row[i])));
@@ -116,20 +102,13 @@ fn index(cursor: &mut Cursor<'_>, scalar: Scalar, mesh: &Mesh) -> Parsed<u32> {
     if value >= 0.0 && value < total as f64 {
         Ok(value as u32)
     } else {
-        Err(cursor.fault(
-            place,
-            format!("the vertex index {value} is out of range; the file has {total}"),
-        ))
+        Err(cursor.fault(place, format!("the vertex index {value} is out of range; the file has {total}")))
     }
 }
 
 fn skip(cursor: &mut Cursor<'_>, properties: &[Property]) -> Parsed<()> {
     for property in properties {
-        let count = if property.length.is_some() {
-            cursor.length(property)?
-        } else {
-            1
-        };
+        let count = if property.length.is_some() { cursor.length(property)? } else { 1 };
         for _ in 0..count {
             cursor.scalar(property.scalar)?;
         }
@@ -158,13 +137,7 @@ impl Cursor<'_> {
         if element.count.checked_mul(least).is_some_and(|needed| needed <= room) {
             return Ok(());
         }
-        Err((
-            Position::Whole,
-            format!(
-                "the file is too short for {} of the element '{}'",
-                element.count, element.name
-            ),
-        ))
+        Err((Position::Whole, format!("the file is too short for {} of the element '{}'", element.count, element.name)))
     }
 
     fn length(&mut self, property: &Property) -> Parsed<usize> {
@@ -233,11 +206,8 @@ impl Cursor<'_> {
     }
 
     fn fault(&self, place: usize, message: String) -> Fault {
-        let position = if self.format == Format::Ascii {
-            Position::Line(self.line)
-        } else {
-            Position::Byte(place as u64)
-        };
+        let position =
+            if self.format == Format::Ascii { Position::Line(self.line) } else { Position::Byte(place as u64) };
         (position, message)
     }
 }

@@ -103,22 +103,14 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed<Header> {
         at += length + 1;
         let words: Vec<&str> = text.split_ascii_whitespace().collect();
         if (line == 1) != (words == ["ply"]) {
-            return Err(fault(
-                "this is not a PLY file: it must begin with one line 'ply'".into(),
-            ));
+            return Err(fault("this is not a PLY file: it must begin with one line 'ply'".into()));
         }
         match words[..] {
             [] | ["ply"] | ["comment" | "obj_info", ..] => {}
             ["format", name, _version] => format = Some(parse_format(name).map_err(fault)?),
             ["element", name, count] => {
-                let count = count
-                    .parse()
-                    .map_err(|_| fault(format!("'{count}' is not a number of elements")))?;
-                elements.push(Element {
-                    name: name.into(),
-                    count,
-                    properties: Vec::new(),
-                });
+                let count = count.parse().map_err(|_| fault(format!("'{count}' is not a number of elements")))?;
+                elements.push(Element { name: name.into(), count, properties: Vec::new() });
             }
             ["property", ref rest @ ..] => {
                 let Some(element) = elements.last_mut() else {
@@ -133,12 +125,7 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed<Header> {
     let Some(format) = format else {
         return Err((Position::Line(line), "the header has no format".into()));
     };
-    Ok(Header {
-        format,
-        elements,
-        body: at,
-        body_line: line + 1,
-    })
+    Ok(Header { format, elements, body: at, body_line: line + 1 })
 }
 
 fn parse_format(name: &str) -> Result<Format, String> {
@@ -154,27 +141,14 @@ fn parse_property(words: &[&str]) -> Result<Property, String> {
     match words {
         ["list", length, scalar, name] => {
             let length = Some(parse_scalar(length)?);
-            Ok(Property {
-                name: (*name).into(),
-                length,
-                scalar: parse_scalar(scalar)?,
-            })
+            Ok(Property { name: (*name).into(), length, scalar: parse_scalar(scalar)? })
         }
-        [scalar, name] => Ok(Property {
-            name: (*name).into(),
-            length: None,
-            scalar: parse_scalar(scalar)?,
-        }),
+        [scalar, name] => Ok(Property { name: (*name).into(), length: None, scalar: parse_scalar(scalar)? }),
         _ => Err("expected 'property TYPE NAME' or 'property list TYPE TYPE NAME'".into()),
     }
 }
 
 fn parse_scalar(name: &str) -> Result<Scalar, String> {
     let found = SCALARS.iter().find(|row| row.0 == name).map(|row| row.1);
-    found.ok_or_else(|| {
-        format!(
-            "'{name}' is not a PLY type{}",
-            suggestion(name, SCALARS.iter().map(|row| row.0))
-        )
-    })
+    found.ok_or_else(|| format!("'{name}' is not a PLY type{}", suggestion(name, SCALARS.iter().map(|row| row.0))))
 }

@@ -56,20 +56,11 @@ impl Reader {
                 continue;
             }
             let at = Loc::new(cx.file, attribute.range_value().start);
-            let value = self
-                .parameters
-                .substitute(attribute.value())
-                .map_err(|m| self.sources.error(at, m))?;
-            list.push(Attribute {
-                name: name.into(),
-                value,
-                at,
-            });
+            let value = self.parameters.substitute(attribute.value()).map_err(|m| self.sources.error(at, m))?;
+            list.push(Attribute { name: name.into(), value, at });
         }
         match required.iter().find(|name| list.iter().all(|a| a.name != **name)) {
-            Some(missing) => Err(self
-                .sources
-                .error(element, format!("<{tag}> needs the attribute '{missing}'"))),
+            Some(missing) => Err(self.sources.error(element, format!("<{tag}> needs the attribute '{missing}'"))),
             None => Ok(Attributes { list, element }),
         }
     }

@@ -12,17 +12,8 @@ use roxmltree::Node;
 use std::cell::Cell;
 
 /// Tags of parameters.
-const PROPERTIES: &[&str] = &[
-    "float",
-    "integer",
-    "boolean",
-    "string",
-    "vector",
-    "point",
-    "rgb",
-    "spectrum",
-    "transform",
-];
+const PROPERTIES: &[&str] =
+    &["float", "integer", "boolean", "string", "vector", "point", "rgb", "spectrum", "transform"];
 /// Tags that are neither objects nor parameters.
 const DIRECTIVES: &[&str] = &["default", "include", "alias", "path", "ref"];
 /// Tags inside `<transform>`.
@@ -45,9 +36,7 @@ impl Reader {
                 if a.get("value").is_none()
                     && let Some(missing) = XYZ.iter().find(|name| a.get(name).is_none())
                 {
-                    return Err(self
-                        .sources
-                        .error(at, format!("<{tag}> needs the attribute '{missing}'")));
+                    return Err(self.sources.error(at, format!("<{tag}> needs the attribute '{missing}'")));
                 }
                 let value = Value::Vector(self.components(&a, 0.0)?);
                 (a, value)
@@ -68,28 +57,15 @@ impl Reader {
             self.no_children(node, cx)?;
         }
         let value_at = if a.get("value").is_some() { a.at("value") } else { at };
-        self.add(
-            parent,
-            cx,
-            Param {
-                name: a.text("name").into(),
-                at,
-                value_at,
-                value,
-                used: Cell::new(false),
-            },
-        )
+        self.add(parent, cx, Param { name: a.text("name").into(), at, value_at, value, used: Cell::new(false) })
     }
 
     fn unknown_tag(&self, tag: &str, at: Loc) -> crate::error::Error {
         if STEPS.contains(&tag) {
-            return self
-                .sources
-                .error(at, format!("<{tag}> can only stand inside <transform>"));
+            return self.sources.error(at, format!("<{tag}> can only stand inside <transform>"));
         }
         let known = PROPERTIES.iter().chain(DIRECTIVES).copied().chain(Category::tags());
-        self.sources
-            .error(at, format!("unknown element <{tag}>{}", suggestion(tag, known)))
+        self.sources.error(at, format!("unknown element <{tag}>{}", suggestion(tag, known)))
     }
 
     fn spectrum(&self, a: &Attributes, at: Loc) -> Result<Spectrum> {
@@ -145,9 +121,7 @@ impl Reader {
             "lookAt" if cx.legacy => self.look_at(node, cx, at),
             _ => {
                 let hint = suggestion(tag, STEPS.iter().copied());
-                Err(self
-                    .sources
-                    .error(at, format!("unknown step <{tag}> of a <transform>{hint}")))
+                Err(self.sources.error(at, format!("unknown step <{tag}> of a <transform>{hint}")))
             }
         }
     }
@@ -163,9 +137,7 @@ impl Reader {
     fn components(&self, a: &Attributes, missing: f64) -> Result<DVec3> {
         if let Some(text) = a.get("value") {
             if XYZ.iter().any(|name| a.get(name).is_some()) {
-                return Err(self
-                    .sources
-                    .error(a.at("value"), "'value' and 'x', 'y', 'z' exclude each other"));
+                return Err(self.sources.error(a.at("value"), "'value' and 'x', 'y', 'z' exclude each other"));
             }
             return values::vector_or_scalar(text).map_err(|m| self.sources.error(a.at("value"), m));
         }

@@ -1,0 +1,97 @@
+//! Every ray through both accelerators: our own answers, and each disagreement is judged and counted.
+
+use super::Hit;
+use super::comparison::{ComparisonCounts, Disagreement, EXAMPLES};
+use super::embree::Embree;
+use super::native::Native;
+use super::oracle::{self, Verdict};
+use crate::error::Result;
+use crate::math::ray::Ray;
+use crate::shape::Shape;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// Both accelerators over the same shapes.
+#[derive(Debug)]
+pub(super) struct Both {
+    embree: Embree,
+    native: Native,
+    rays: AtomicU64,
+    /// The disagreements; few, so that a lock does no harm.
+    found: Mutex<ComparisonCounts>,
+}
+
+impl Both {
+    /// See [`super::Accel::build`].
+    pub(super) fn build(shapes: &[Shape], threads: usize) -> Result<Self> {
+        Ok(Self {
+            embree: Embree::build(shapes, threads)?,
+            native: Native::build(shapes),
+            rays: AtomicU64::new(0),
+            found: Mutex::default(),
+        })
+    }
+
+    /// See [`super::Accel::closest_hits`].
+    pub(super) fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
+        self.native.closest_hits(rays, hits);
+        let mut others = vec![Hit::NONE; rays.len()];
+        self.embree.closest_hits(rays, &mut others);
+        for ((ray, &native), &embree) in rays.iter().zip(&*hits).zip(&others) {
+            if embree != native {
+                self.judge(ray, false, embree, native);
+            }
+        }
+    }
+
+    /// See [`super::Accel::occluded`].
+    pub(super) fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
+        self.native.occluded(rays, occluded);
+        let mut others = vec![false; rays.len()];
+        self.embree.occluded(rays, &mut others);
+        for ((ray, &native), &embree) in rays.iter().zip(&*occluded).zip(&others) {
+            if embree != native {
+                // The one who says yes has to name its witness.
+                let (mut of_embree, mut of_native) = ([Hit::NONE], [Hit::NONE]);
+                if native {
+                    self.native.closest_hits(&[*ray], &mut of_native);
+                } else {
+                    self.embree.closest_hits(&[*ray], &mut of_embree);
+                }
+                self.judge(ray, true, of_embree[0], of_native[0]);
+            }
+        }
+    }
+
+    fn judge(&self, ray: &Ray, any: bool, embree: Hit, native: Hit) {
+        let verdict = oracle::verdict(self.embree.shapes(), ray, embree, native);
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        *found.of(verdict) += 1;
+        if verdict != Verdict::Tie && found.examples.len() < EXAMPLES {
+            found.examples.push(Disagreement { ray: *ray, any, embree, native, verdict });
+        }
+    }
+
+    /// What has been found so far.
+    pub(super) fn counts(&self) -> ComparisonCounts {
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        ComparisonCounts { rays: self.rays.load(Ordering::Relaxed), ..found.clone() }
+    }
+
+    /// See [`super::Accel::name`].
+    pub(super) fn name(&self) -> String {
+        format!("native, compared with {}", self.embree.name())
+    }
+
+    /// See [`super::Accel::memory_bytes`].
+    pub(super) fn memory_bytes(&self) -> u64 {
+        self.embree.memory_bytes() + self.native.memory_bytes()
+    }
+
+    /// See [`super::Accel::embree_false_hits`].
+    pub(super) fn embree_false_hits(&self) -> u64 {
+        self.embree.false_hits()
+    }
+}

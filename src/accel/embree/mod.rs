@@ -1,0 +1,340 @@
+//! The system's Embree, through `ffi/embree_shim.h`. Triangles only; spheres go into a hierarchy of our own beside it.
+//!
+//! Embree's answer is a proposal: its robust mode decides in f32, and takes now and then the triangle that a ray starts
+//! on for one that it meets (slivers mostly, whose normal has few right digits). So the distance of each hit is computed
+//! again by [`crate::shape`], in f64, and where it is not in the ray's open interval Embree is asked for what comes
+//! behind. That an occluder is looked at, too, costs an occlusion filter that notes its number, and a look at its
+//! vertices, which Embree has just fetched.
+#![allow(unsafe_code, reason = "calls the C shim; no other module may")]
+
+#[rustfmt::skip]
+#[allow(
+    clippy::allow_attributes_without_reason,
+    dead_code,
+    missing_docs,
+    non_camel_case_types,
+    unreachable_pub,
+    reason = "generated, and C has its own names"
+)]
+mod bindings;
+
+use super::Hit;
+use super::native::{Native, Nearest, TraversalStack};
+use crate::error::{Error, Result};
+use crate::math::ray::Ray;
+use crate::shape::{Shape, TriangleMesh};
+use bindings::{rt_error, rt_hit, rt_ray};
+use glam::Vec3;
+use std::ffi::{CStr, c_char};
+use std::mem::offset_of;
+use std::ptr::NonNull;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// How often a ray is traced again from behind a false hit. A ray that starts in the corner of many slivers can meet
+/// some; each step passes all that lie in one plane.
+const MAX_RETRACES: usize = 16;
+
+/// A retrace starts this factor behind Embree's distance: over the roundings of a quotient of two numbers that Embree
+/// does not form in the same order when it compares with the start of the interval.
+const BEHIND: f32 = 1.0 + 8.0 * f32::EPSILON;
+
+/// Rays in one call of the shim; its answers then stay in the first-level cache.
+const CHUNK: usize = 64;
+
+/// Readable floats after the last vertex: Embree loads each vertex as 16 bytes.
+const PADDING: usize = 2;
+
+// A `Ray` is handed to the shim as it is.
+const _: () = {
+    assert!(size_of::<Ray>() == size_of::<rt_ray>() && align_of::<Ray>() >= align_of::<rt_ray>());
+    assert!(offset_of!(Ray, o) == offset_of!(rt_ray, o) && offset_of!(Ray, tmin) == offset_of!(rt_ray, tmin));
+    assert!(offset_of!(Ray, d) == offset_of!(rt_ray, d) && offset_of!(Ray, tmax) == offset_of!(rt_ray, tmax));
+    assert!(size_of::<Vec3>() == 12 && size_of::<[u32; 3]>() == 12);
+    assert!(bindings::RT_NONE == Hit::NONE.shape && bindings::RT_NONE == Hit::NONE.primitive);
+};
+
+const NO_HIT: rt_hit = rt_hit { shape: bindings::RT_NONE, primitive: bindings::RT_NONE, t: 0.0 };
+
+impl rt_hit {
+    fn id(&self) -> Hit {
+        Hit { shape: self.shape, primitive: self.primitive }
+    }
+}
+
+/// Embree for the triangles, our own for the spheres.
+#[derive(Debug)]
+pub(crate) struct Embree {
+    /// `None` where the scene has no triangles. Borrows from `shapes`, so it is declared, and dropped, first.
+    scene: Option<Scene>,
+    /// Copies: positions with padding, no normals. Embree reads them, and so does the check of its hits.
+    shapes: Vec<Shape>,
+    spheres: Native,
+    /// Hits of Embree that were none.
+    false_hits: AtomicU64,
+}
+
+impl Embree {
+    /// See [`super::Accel::build`].
+    pub(crate) fn build(shapes: &[Shape], threads: usize) -> Result<Self> {
+        let shapes: Vec<Shape> = shapes.iter().map(copy).collect();
+        let scene = if shapes.iter().any(|s| matches!(s, Shape::Mesh(mesh) if !mesh.faces.is_empty())) {
+            // SAFETY: `shapes` is moved into the same struct and never changed; the vectors inside keep their address.
+            Some(unsafe { Scene::build(&shapes, threads)? })
+        } else {
+            None
+        };
+        let spheres = Native::build_spheres(&shapes);
+        Ok(Self { scene, shapes, spheres, false_hits: AtomicU64::new(0) })
+    }
+
+    /// See [`super::Accel::closest_hits`].
+    pub(crate) fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+        let Some(scene) = &self.scene else {
+            return self.spheres.closest_hits(rays, hits);
+        };
+        let mut found = [NO_HIT; CHUNK];
+        let mut stack = (!self.spheres.is_empty()).then(TraversalStack::new);
+        for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
+            scene.closest(rays, &mut found);
+            for ((ray, found), hit) in rays.iter().zip(&found).zip(hits) {
+                let mut nearest = self.confirm_closest(scene, ray, *found);
+                if let Some(stack) = &mut stack {
+                    self.spheres.improve(ray, &mut nearest, stack);
+                }
+                *hit = nearest.hit;
+            }
+        }
+    }
+
+    /// See [`super::Accel::occluded`]; `occluded` is false throughout.
+    pub(crate) fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        if let Some(scene) = &self.scene {
+            let mut found = [NO_HIT; CHUNK];
+            for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
+                scene.any(rays, &mut found);
+                for ((ray, found), occluded) in rays.iter().zip(&found).zip(occluded) {
+                    *occluded = found.id().is_some() && (self.is_true(ray, found) || self.is_occluded(scene, ray));
+                }
+            }
+        }
+        if !self.spheres.is_empty() {
+            self.spheres.occluded(rays, occluded);
+        }
+    }
+
+    /// Whether a hit's distance is in the ray's interval after all.
+    #[inline]
+    fn is_true(&self, ray: &Ray, found: &rt_hit) -> bool {
+        self.distance(ray, found).is_some()
+    }
+
+    /// The distance of a hit by our own computation, if it is in the ray's interval.
+    #[inline]
+    fn distance(&self, ray: &Ray, found: &rt_hit) -> Option<f32> {
+        let t = self.shapes[found.shape as usize].resolve_distance(found.primitive, ray);
+        (t > f64::from(ray.tmin) && t < f64::from(ray.tmax)).then_some(t as f32)
+    }
+
+    /// The first of Embree's hits that is one.
+    #[inline]
+    fn confirm_closest(&self, scene: &Scene, ray: &Ray, mut found: rt_hit) -> Nearest {
+        for _ in 0..MAX_RETRACES {
+            if !found.id().is_some() {
+                break;
+            }
+            if let Some(t) = self.distance(ray, &found) {
+                return Nearest { t, hit: found.id() };
+            }
+            found = self.behind(scene, ray, &found);
+        }
+        Nearest::none(ray)
+    }
+
+    /// What Embree finds behind a false hit.
+    #[cold]
+    fn behind(&self, scene: &Scene, ray: &Ray, false_hit: &rt_hit) -> rt_hit {
+        self.false_hits.fetch_add(1, Ordering::Relaxed);
+        let beyond = Ray { tmin: (false_hit.t * BEHIND).next_up(), ..*ray };
+        let mut found = [NO_HIT];
+        if beyond.tmin < beyond.tmax {
+            scene.closest(&[beyond], &mut found);
+        }
+        found[0]
+    }
+
+    /// Whether a ray whose first occluder was a false hit has another.
+    #[cold]
+    fn is_occluded(&self, scene: &Scene, ray: &Ray) -> bool {
+        self.false_hits.fetch_add(1, Ordering::Relaxed);
+        let mut found = [NO_HIT];
+        scene.closest(&[*ray], &mut found);
+        self.confirm_closest(scene, ray, found[0]).hit.is_some()
+    }
+
+    /// The shapes, without normals and with unused vertices at the end.
+    pub(crate) fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// See [`super::Accel::embree_false_hits`].
+    pub(crate) fn false_hits(&self) -> u64 {
+        self.false_hits.load(Ordering::Relaxed)
+    }
+
+    /// See [`super::Accel::name`].
+    pub(crate) fn name(&self) -> String {
+        let version = self.scene.as_ref().map_or_else(header_version, Scene::library_version);
+        format!("embree {version} (robust)")
+    }
+
+    /// See [`super::Accel::memory_bytes`].
+    pub(crate) fn memory_bytes(&self) -> u64 {
+        let copies: usize = self.shapes.iter().map(copy_bytes).sum();
+        self.scene.as_ref().map_or(0, Scene::memory_bytes) + copies as u64 + self.spheres.memory_bytes()
+    }
+}
+
+/// A shape as [`Embree::shapes`] holds it.
+fn copy(shape: &Shape) -> Shape {
+    match shape {
+        Shape::Mesh(mesh) => {
+            let mut positions = Vec::with_capacity(mesh.positions.len() + PADDING);
+            positions.extend_from_slice(&mesh.positions);
+            positions.extend([Vec3::ZERO; PADDING]);
+            Shape::Mesh(TriangleMesh { positions, normals: Vec::new(), faces: mesh.faces.clone(), flip: mesh.flip })
+        }
+        Shape::Sphere(sphere) => Shape::Sphere(*sphere),
+    }
+}
+
+fn copy_bytes(shape: &Shape) -> usize {
+    match shape {
+        Shape::Mesh(mesh) => size_of_val(&*mesh.positions) + size_of_val(&*mesh.faces),
+        Shape::Sphere(_) => 0,
+    }
+}
+
+/// A version of Embree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Version(u32);
+
+impl Version {
+    /// Major and minor: what must be the same in header and library, for Embree's structs grow between minor versions.
+    fn series(self) -> u32 {
+        self.0 / 100
+    }
+}
+
+impl std::fmt::Display for Version {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}.{}", self.0 / 10000, self.0 / 100 % 100, self.0 % 100)
+    }
+}
+
+fn header_version() -> Version {
+    // SAFETY: takes and touches nothing.
+    Version(unsafe { bindings::rt_header_version() })
+}
+
+/// A committed scene of Embree, on a device of its own.
+#[derive(Debug)]
+struct Scene(NonNull<bindings::rt_scene>);
+
+// SAFETY: a scene is not tied to the thread that made it; Embree's API manual, chapter "Embree API": "all API calls are
+// thread-safe", but for those on one object that change it, of which there are none after `build`.
+unsafe impl Send for Scene {}
+// SAFETY: as above; the manual on rtcIntersect1 and rtcOccluded1 of a committed scene: may be called from many threads.
+unsafe impl Sync for Scene {}
+
+impl Drop for Scene {
+    fn drop(&mut self) {
+        // SAFETY: made by `rt_scene_new`, and freed nowhere else.
+        unsafe { bindings::rt_scene_free(self.0.as_ptr()) }
+    }
+}
+
+impl Scene {
+    /// Builds over the meshes of `shapes`, whose index is the id of their hits.
+    ///
+    /// # Safety
+    /// The vertices, of which [`PADDING`] at the end are unused, and the faces of `shapes` must stay where they are and
+    /// as they are until the scene is dropped.
+    unsafe fn build(shapes: &[Shape], threads: usize) -> Result<Self> {
+        let mut error = rt_error { code: 0, text: [0; 252] };
+        let threads = u32::try_from(threads).unwrap_or(0);
+        // SAFETY: `error` is writable for the call.
+        let scene = unsafe { bindings::rt_scene_new(threads, &mut error) };
+        let scene = Self(NonNull::new(scene).ok_or_else(|| failure("cannot be started", &error))?);
+        let (header, library) = (header_version(), scene.library_version());
+        if header.series() != library.series() {
+            return Err(Error::Accelerator(format!(
+                "this snell was compiled for Embree {header}, but the library found is {library}: build snell again, or \
+                 use --accel native"
+            )));
+        }
+        for (shape, mesh) in (0..).zip(shapes) {
+            let Shape::Mesh(mesh) = mesh else { continue };
+            if mesh.faces.is_empty() {
+                continue;
+            }
+            // SAFETY: the scene is there; the caller keeps the buffers, whose lengths and padding are as stated.
+            let added = unsafe {
+                bindings::rt_scene_add_mesh(
+                    scene.0.as_ptr(),
+                    shape,
+                    mesh.positions.as_ptr().cast(),
+                    mesh.positions.len() - PADDING,
+                    mesh.faces.as_ptr().cast(),
+                    mesh.faces.len(),
+                    &mut error,
+                )
+            };
+            if !added {
+                return Err(failure(&format!("refuses mesh {shape}"), &error));
+            }
+        }
+        // SAFETY: the scene is there and nobody else has it.
+        if !unsafe { bindings::rt_scene_commit(scene.0.as_ptr(), &mut error) } {
+            return Err(failure("cannot build its hierarchy", &error));
+        }
+        Ok(scene)
+    }
+
+    /// Embree's closest hits of at most `found.len()` rays.
+    #[inline]
+    fn closest(&self, rays: &[Ray], found: &mut [rt_hit]) {
+        assert!(rays.len() <= found.len());
+        // SAFETY: the scene is committed; `rays` are readable as rt_ray (asserted above) and `found` writable for as
+        // many.
+        unsafe {
+            bindings::rt_scene_closest(self.0.as_ptr(), rays.as_ptr().cast(), found.as_mut_ptr(), rays.len());
+        }
+    }
+
+    /// Some hit that Embree finds of each of at most `found.len()` rays.
+    #[inline]
+    fn any(&self, rays: &[Ray], found: &mut [rt_hit]) {
+        assert!(rays.len() <= found.len());
+        // SAFETY: as in `closest`.
+        unsafe {
+            bindings::rt_scene_any(self.0.as_ptr(), rays.as_ptr().cast(), found.as_mut_ptr(), rays.len());
+        }
+    }
+
+    fn library_version(&self) -> Version {
+        // SAFETY: the scene is there.
+        Version(unsafe { bindings::rt_scene_library_version(self.0.as_ptr()) })
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        // SAFETY: the scene is there.
+        unsafe { bindings::rt_scene_memory(self.0.as_ptr()) }
+    }
+}
+
+/// What Embree says went wrong.
+fn failure(what: &str, error: &rt_error) -> Error {
+    // SAFETY: the shim ends the text with a 0 inside the array, and it is all 0 where the shim wrote nothing.
+    let text = unsafe { CStr::from_ptr(error.text.as_ptr().cast::<c_char>()) };
+    Error::Accelerator(format!("Embree {what}: {} (error {})", text.to_string_lossy(), error.code))
+}

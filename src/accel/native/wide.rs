@@ -1,0 +1,343 @@
+//! The tree that rays walk: nodes of eight boxes over blocks of four primitives.
+//!
+//! # Conservative boxes
+//!
+//! A box may be left out only if no primitive in it can have a hit that counts. What counts are points P of primitives
+//! at a distance t (in f64) that lie *beside* the ray o + t·d by at most 6·u·M in the two axes that are not dominant
+//! (see [`crate::shape::triangle`]; spheres: by the rounding of f64), u the unit roundoff and M the largest coordinate of
+//! P − o. Let S be the largest coordinate of the tree's bounds ([`Tree::reach`]). Then M ≤ |o| + S =: R, in the maximum
+//! norm, wherever the origin is.
+//!
+//! For each axis the test asks for the distances at which the ray enters and leaves a slab [lo, hi], computed as
+//! fl(fl(lo − o⁺)·i) and fl(fl(hi − o⁻)·i), where o^± = fl(o ± p) widens the slab by the padding p and i = fl(1/d') (for
+//! d < 0 the ends change places). Taken times |d|, so measured as a length along the axis, the errors against lo − o are
+//! * 6·u·R for the point that lies beside the ray,
+//! * u·(R + p) for the rounding of o^±,
+//! * 3·u·R for the difference, the reciprocal and the product, for |lo − o| ≤ R,
+//! * u·R for the rounding of the best distance so far to f32, for t·|d| ≤ R,
+//! * 2⁻⁴⁰·R where a component of d is so small that d' is not d (below).
+//!
+//! Their sum is below 12·u·R, so p = 16·u·R ([`PADDING_ROUNDINGS`]) makes every computed entry at most, and every computed
+//! exit at least, the f32 distance of each hit in the box, on every axis by itself. (Ize 2013, *Robust BVH Ray
+//! Traversal*, scales the exit instead, by 1 + 2γ₃; that needs no p for exact points, but our points are not.)
+//!
+//! *Zero components.* d' is d, but not smaller in size than 2⁻⁴⁰ of the largest component. At any distance that counts,
+//! t·|d' − d| ≤ 2⁻⁴⁰·R. So i is finite, and as no box is NaN, nothing becomes NaN: the differences are finite but for the
+//! unused lanes, whose box is (∞, −∞) and whose entry is ∞.
+//!
+//! # Depth
+//!
+//! A node leaves at most seven children on the stack while the eighth is visited, and no path has more nodes than one of
+//! the binary tree that it comes from: the stack has [`STACK_SIZE`] entries.
+
+use super::block::Block;
+use super::build::{self, BinaryNode, Item, Kind, MAX_DEPTH};
+use super::{Nearest, PreparedRay};
+use crate::math::bounds::Bounds;
+use crate::math::float::{UNIT_ROUNDOFF, max, min};
+use crate::math::ray::Ray;
+use crate::shape::Shape;
+use glam::Vec4;
+use rayon::prelude::*;
+
+/// Children of a node.
+const WIDTH: usize = 8;
+
+/// Padding of the slabs, in unit roundoffs of |o| + S: derived above.
+const PADDING_ROUNDINGS: f32 = 16.0;
+
+/// The least size of a component of d', as a fraction of the largest.
+const LEAST_COMPONENT: f32 = 1.0 / (1u64 << 40) as f32;
+
+/// See the head.
+const STACK_SIZE: usize = (WIDTH - 1) * MAX_DEPTH + 1;
+
+/// Marks a child reference as one to a block.
+const BLOCK: u32 = 1 << 31;
+
+/// The low bits of an entry distance that make room for a lane number.
+const LANE_BITS: u32 = WIDTH as u32 - 1;
+
+/// Eight boxes and what is in them.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Node {
+    /// `[lower, upper][axis][lane]`, lanes by fours; (∞, −∞) where there is no child.
+    bounds: [[[Vec4; WIDTH / 4]; 3]; 2],
+    /// Index of a node, or of a block with [`BLOCK`] set.
+    children: [u32; WIDTH],
+}
+
+impl Node {
+    const EMPTY: Self =
+        Self { bounds: [[[Vec4::INFINITY; WIDTH / 4]; 3], [[Vec4::NEG_INFINITY; WIDTH / 4]; 3]], children: [0; WIDTH] };
+
+    fn set(&mut self, lane: usize, bounds: Bounds, child: u32) {
+        for (axis, (lower, upper)) in bounds.min.to_array().into_iter().zip(bounds.max.to_array()).enumerate() {
+            self.bounds[0][axis][lane / 4][lane % 4] = lower;
+            self.bounds[1][axis][lane / 4][lane % 4] = upper;
+        }
+        self.children[lane] = child;
+    }
+}
+
+/// What the slab test reads of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SlabRay {
+    /// 0 where the ray enters by the lower plane, else 1.
+    near: [usize; 3],
+    /// The origin moved by the padding, for the plane of entry and that of exit.
+    entry_origin: [f32; 3],
+    exit_origin: [f32; 3],
+    /// 1/d'.
+    inverse: [f32; 3],
+    tmin: f32,
+}
+
+impl SlabRay {
+    /// Prepares `ray` for a tree whose largest coordinate is `reach`.
+    #[inline]
+    pub(super) fn new(ray: &Ray, reach: f32) -> Self {
+        let padding = PADDING_ROUNDINGS * UNIT_ROUNDOFF * (ray.o.abs().max_element() + reach);
+        let least = ray.d.abs().max_element() * LEAST_COMPONENT;
+        let mut slab = Self {
+            near: [0; 3],
+            entry_origin: [0.0; 3],
+            exit_origin: [0.0; 3],
+            inverse: [0.0; 3],
+            // A negative start (or −0) would not sort by its bits.
+            tmin: max(ray.tmin, 0.0),
+        };
+        for axis in 0..3 {
+            let d = ray.d[axis];
+            let inverse = min(1.0 / max(d.abs(), least), f32::MAX).copysign(d);
+            let forward = d.is_sign_positive();
+            let widening = if forward { padding } else { -padding };
+            slab.near[axis] = usize::from(!forward);
+            slab.entry_origin[axis] = ray.o[axis] + widening;
+            slab.exit_origin[axis] = ray.o[axis] - widening;
+            slab.inverse[axis] = inverse;
+        }
+        slab
+    }
+
+    /// The children that the ray meets before `tmax`, one bit a lane, and the distances of entry of all.
+    #[inline(always)]
+    fn meets(&self, node: &Node, tmax: f32) -> (u32, [f32; WIDTH]) {
+        let mut entry = [Vec4::splat(self.tmin); WIDTH / 4];
+        let mut exit = [Vec4::splat(tmax); WIDTH / 4];
+        for axis in 0..3 {
+            let near = &node.bounds[self.near[axis]][axis];
+            let far = &node.bounds[1 - self.near[axis]][axis];
+            for half in 0..WIDTH / 4 {
+                entry[half] = entry[half].max((near[half] - self.entry_origin[axis]) * self.inverse[axis]);
+                exit[half] = exit[half].min((far[half] - self.exit_origin[axis]) * self.inverse[axis]);
+            }
+        }
+        let met = |half: usize| entry[half].cmple(exit[half]).bitmask() << (4 * half);
+        let mut distances = [0.0; WIDTH];
+        entry[0].write_to_slice(&mut distances[..4]);
+        entry[1].write_to_slice(&mut distances[4..]);
+        (met(0) | met(1), distances)
+    }
+}
+
+/// Subtrees still to visit, with their entry distances. Kept from ray to ray.
+#[derive(Debug)]
+pub(crate) struct Stack {
+    entries: Box<[(f32, u32); STACK_SIZE]>,
+    len: usize,
+}
+
+impl Stack {
+    /// An empty stack.
+    pub(crate) fn new() -> Self {
+        Self { entries: Box::new([(0.0, 0); STACK_SIZE]), len: 0 }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, entry: f32, child: u32) {
+        self.entries[self.len] = (entry, child);
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(f32, u32)> {
+        self.len = self.len.checked_sub(1)?;
+        Some(self.entries[self.len])
+    }
+}
+
+/// A hierarchy over blocks of one kind of primitive.
+#[derive(Debug)]
+pub(super) struct Tree<B> {
+    nodes: Vec<Node>,
+    blocks: Vec<B>,
+    /// Reference to the root, in the form of [`Node::children`].
+    root: u32,
+    reach: f32,
+}
+
+impl<B: Block> Tree<B> {
+    /// Builds over `items`; none where there are none.
+    pub(super) fn build(mut items: Vec<Item>, shapes: &[Shape]) -> Option<Self> {
+        if items.is_empty() {
+            return None;
+        }
+        let binary = build::build(&mut items);
+        let mut collapse = Collapse { binary: &binary, nodes: Vec::new(), leaves: Vec::new() };
+        let root = collapse.add(0);
+        let Collapse { mut nodes, leaves, .. } = collapse;
+        nodes.shrink_to_fit();
+        let blocks = leaves.into_par_iter().with_min_len(1024).map(|leaf| B::new(&items[leaf], shapes)).collect();
+        let Bounds { min, max } = binary[0].bounds;
+        Some(Self { nodes, blocks, root, reach: min.abs().max(max.abs()).max_element() })
+    }
+
+    /// The largest coordinate of anything in it.
+    pub(super) fn reach(&self) -> f32 {
+        self.reach
+    }
+
+    /// Bytes held.
+    pub(super) fn memory_bytes(&self) -> u64 {
+        (self.nodes.capacity() * size_of::<Node>() + self.blocks.capacity() * size_of::<B>()) as u64
+    }
+
+    /// Offers every hit that can be the nearest.
+    #[inline]
+    pub(super) fn closest(&self, ray: &PreparedRay, slab: &SlabRay, nearest: &mut Nearest, stack: &mut Stack) {
+        stack.len = 0;
+        stack.push(0.0, self.root);
+        while let Some((entry, mut child)) = stack.pop() {
+            if entry > nearest.t {
+                continue;
+            }
+            while child & BLOCK == 0 {
+                let node = &self.nodes[child as usize];
+                match descend(node, slab.meets(node, nearest.t), stack) {
+                    Some(next) => child = next,
+                    None => break,
+                }
+            }
+            if child & BLOCK != 0 {
+                self.blocks[(child & !BLOCK) as usize].closest(ray, nearest);
+            }
+        }
+    }
+
+    /// Whether anything is hit.
+    #[inline]
+    pub(super) fn any(&self, ray: &PreparedRay, slab: &SlabRay, stack: &mut Stack) -> bool {
+        stack.len = 0;
+        stack.push(0.0, self.root);
+        while let Some((_, mut child)) = stack.pop() {
+            while child & BLOCK == 0 {
+                let node = &self.nodes[child as usize];
+                match descend(node, slab.meets(node, ray.ray.tmax), stack) {
+                    Some(next) => child = next,
+                    None => break,
+                }
+            }
+            if child & BLOCK != 0 && self.blocks[(child & !BLOCK) as usize].any(ray) {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// Returns the nearest child that is met and leaves the others on the stack, the farthest lowest.
+#[inline(always)]
+fn descend(node: &Node, (met, entry): (u32, [f32; WIDTH]), stack: &mut Stack) -> Option<u32> {
+    if met == 0 {
+        return None;
+    }
+    let first = met.trailing_zeros() as usize;
+    let others = met & (met - 1);
+    if others == 0 {
+        return Some(node.children[first]);
+    }
+    if others & (others - 1) == 0 {
+        let second = others.trailing_zeros() as usize;
+        let (near, far) = if entry[first] <= entry[second] { (first, second) } else { (second, first) };
+        stack.push(entry[far], node.children[far]);
+        return Some(node.children[near]);
+    }
+    Some(descend_sorted(node, met, &entry, stack))
+}
+
+/// [`descend`] for three children and more.
+#[inline]
+fn descend_sorted(node: &Node, mut met: u32, entry: &[f32; WIDTH], stack: &mut Stack) -> u32 {
+    // The bits of a distance that is not negative sort like the distance; the lane takes the lowest.
+    let mut sorted = [0; WIDTH];
+    let mut count = 0;
+    while met != 0 {
+        let lane = met.trailing_zeros();
+        met &= met - 1;
+        let key = (entry[lane as usize].to_bits() & !LANE_BITS) | lane;
+        let mut place = count;
+        while place > 0 && sorted[place - 1] < key {
+            sorted[place] = sorted[place - 1];
+            place -= 1;
+        }
+        sorted[place] = key;
+        count += 1;
+    }
+    for &key in &sorted[..count - 1] {
+        stack.push(f32::from_bits(key & !LANE_BITS), node.children[(key & LANE_BITS) as usize]);
+    }
+    node.children[(sorted[count - 1] & LANE_BITS) as usize]
+}
+
+/// Makes nodes of eight out of the binary tree, by opening the child of the largest surface again and again (Dammertz,
+/// Hanika and Keller 2008, *Shallow Bounding Volume Hierarchies*, section 3).
+struct Collapse<'a> {
+    binary: &'a [BinaryNode],
+    nodes: Vec<Node>,
+    /// The items of each block.
+    leaves: Vec<std::ops::Range<usize>>,
+}
+
+impl Collapse<'_> {
+    /// Adds the subtree of a binary node and returns the reference to it.
+    fn add(&mut self, index: usize) -> u32 {
+        if let Kind::Leaf { first, count } = self.binary[index].kind {
+            self.leaves.push(first as usize..(first + count) as usize);
+            return (self.leaves.len() as u32 - 1) | BLOCK;
+        }
+        let children = self.children(index);
+        let place = self.nodes.len();
+        self.nodes.push(Node::EMPTY);
+        for (lane, &child) in children.iter().enumerate() {
+            let reference = self.add(child);
+            self.nodes[place].set(lane, self.binary[child].bounds, reference);
+        }
+        place as u32
+    }
+
+    /// Two to eight binary nodes that together make up an inner one.
+    fn children(&self, index: usize) -> Vec<usize> {
+        let mut children = Vec::with_capacity(WIDTH);
+        children.push(index);
+        while children.len() < WIDTH {
+            let area = |index: usize| match self.binary[index].kind {
+                Kind::Inner { .. } => {
+                    let e = self.binary[index].bounds.extent().as_dvec3();
+                    e.x * e.y + e.y * e.z + e.z * e.x
+                }
+                Kind::Leaf { .. } => -1.0,
+            };
+            let largest = (0..children.len()).reduce(|a, b| if area(children[b]) > area(children[a]) { b } else { a });
+            let Some(largest) = largest else { break };
+            let opened = children[largest];
+            let Kind::Inner { right } = self.binary[opened].kind else {
+                break;
+            };
+            children[largest] = opened + 1;
+            children.push(opened + right as usize);
+        }
+        children
+    }
+}

@@ -1,0 +1,227 @@
+//! The truth about rays, slowly: every primitive, in f64; and which of two accelerators is right.
+//!
+//! A triangle is tested by another formula than the accelerators': the signs of the volumes that the ray spans with the
+//! edges (Plücker coordinates), e_i = d·((v_j − o) × (v_k − o)), and the distance in its plane. With u = 2⁻⁵³ the volume
+//! has an error of at most γ₈·Σ|d|·|v_j − o|·|v_k − o| over the six products ([`VOLUME_ROUNDINGS`]).
+//!
+//! The accelerators may move a vertex by a few roundings of f32 ([`crate::shape::triangle`]), so near the rim of a
+//! triangle both answers are in order: [`Contact::Rim`].
+
+use super::Hit;
+use crate::math::float::UNIT_ROUNDOFF;
+use crate::math::ray::Ray;
+use crate::shape::Shape;
+use crate::shape::sphere::Sphere;
+use crate::shape::triangle::{self, SHEAR_ROUNDINGS};
+use glam::{DVec3, Vec3};
+
+/// Rounded operations that a volume goes through, with one for the bound's own rounding.
+const VOLUME_ROUNDINGS: f64 = 8.0;
+
+/// The unit roundoff of f64.
+const UNIT_ROUNDOFF_F64: f64 = f64::EPSILON / 2.0;
+
+/// How a ray and one primitive stand to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contact {
+    /// They do not meet in the ray's interval.
+    Miss,
+    /// The ray passes so near the primitive's rim, inside or outside, that f32 cannot tell; with the distance and what
+    /// that may be off by.
+    Rim(f64, f64),
+    /// They meet; with the distance and the rounding of f32 in it.
+    Inside(f64, f64),
+}
+
+impl Contact {
+    fn distance(self) -> Option<(f64, f64)> {
+        match self {
+            Self::Miss => None,
+            Self::Rim(t, error) | Self::Inside(t, error) => Some((t, error)),
+        }
+    }
+}
+
+/// Who is right where two accelerators differ about a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Both: the two hits are equally far, within rounding.
+    Tie,
+    /// Both: the nearer hit, or the only one, is on the rim of a triangle. (In a closed mesh one of its triangles must
+    /// be hit there, so a miss is a leak all the same.)
+    Edge,
+    /// Our own: Embree lost a true hit.
+    EmbreeMiss,
+    /// Embree: our own lost a true hit.
+    NativeMiss,
+    /// Our own: what Embree hit, the ray does not meet in its interval.
+    EmbreeFalse,
+    /// Embree: what our own hit, the ray does not meet in its interval.
+    NativeFalse,
+}
+
+/// The closest hit and its distance: the lowest shape and primitive of those at exactly the same distance.
+pub fn closest(shapes: &[Shape], ray: &Ray) -> Option<(Hit, f64)> {
+    let mut nearest: Option<(Hit, f64)> = None;
+    for hit in ids(shapes) {
+        let t = match crosses(shapes, hit, ray) {
+            Some(t) if in_interval(ray, t) => t,
+            _ => continue,
+        };
+        if nearest.is_none_or(|(_, least)| t < least) {
+            nearest = Some((hit, t));
+        }
+    }
+    nearest
+}
+
+/// Whether the ray meets anything.
+pub fn occluded(shapes: &[Shape], ray: &Ray) -> bool {
+    ids(shapes).any(|hit| crosses(shapes, hit, ray).is_some_and(|t| in_interval(ray, t)))
+}
+
+fn ids(shapes: &[Shape]) -> impl Iterator<Item = Hit> + '_ {
+    (0..).zip(shapes).flat_map(|(shape, description)| {
+        (0..description.primitive_count() as u32).map(move |primitive| Hit { shape, primitive })
+    })
+}
+
+fn in_interval(ray: &Ray, t: f64) -> bool {
+    t > f64::from(ray.tmin) && t < f64::from(ray.tmax)
+}
+
+/// Distance at which the ray's line crosses a primitive; of a sphere's two the one that counts.
+fn crosses(shapes: &[Shape], hit: Hit, ray: &Ray) -> Option<f64> {
+    match &shapes[hit.shape as usize] {
+        Shape::Mesh(mesh) => {
+            let volumes = Volumes::new(ray, mesh.triangle(hit.primitive));
+            volumes.same_sign(0.0).then_some(volumes.t)
+        }
+        Shape::Sphere(sphere) => sphere.intersect(ray).map(|_| sphere.resolve(ray)),
+    }
+}
+
+/// How `ray` and the primitive `hit` stand to each other.
+pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
+    let contact = match &shapes[hit.shape as usize] {
+        Shape::Mesh(mesh) => triangle_contact(ray, mesh.triangle(hit.primitive)),
+        Shape::Sphere(sphere) => sphere_contact(ray, sphere),
+    };
+    match contact.distance() {
+        // An end of the interval within rounding of the distance is as undecided as a rim.
+        Some((t, _)) if in_interval(ray, t) => contact,
+        Some((t, error)) if in_interval(ray, t + error) || in_interval(ray, t - error) => Contact::Rim(t, error),
+        _ => Contact::Miss,
+    }
+}
+
+fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
+    let volumes = Volumes::new(ray, v);
+    let size = v.iter().map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element()).fold(0.0, f64::max);
+    let rounding =
+        f64::from(UNIT_ROUNDOFF) * volumes.t.abs() + VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * size * volumes.slope;
+    let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * size;
+    if volumes.same_sign(volumes.error + volumes.change(ray, v, allowed)) {
+        return Contact::Inside(volumes.t, rounding);
+    }
+    let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
+    let point: DVec3 = v.iter().zip(resolved.b).map(|(v, b)| v.as_dvec3() * b).sum();
+    let beside = (ray.o.as_dvec3() + resolved.t * ray.d.as_dvec3() - point).abs().max_element();
+    let size = v.iter().map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element()).fold(0.0, f64::max);
+    let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * size;
+    if beside <= allowed {
+        // Moving the ray sideways by what is allowed moves the distance by this much, along the slope of the plane.
+        Contact::Rim(resolved.t, rounding + allowed * volumes.slope)
+    } else {
+        Contact::Miss
+    }
+}
+
+fn sphere_contact(ray: &Ray, sphere: &Sphere) -> Contact {
+    let t = sphere.resolve(ray);
+    let rounding = f64::from(UNIT_ROUNDOFF) * t.abs();
+    let gap = (ray.o.as_dvec3() + t * ray.d.as_dvec3() - sphere.centre.as_dvec3()).length() - f64::from(sphere.radius);
+    // A root satisfies the equation to the rounding of f64, a line that passes the sphere by does not.
+    let reach = sphere.centre.abs().max_element() + sphere.radius + ray.o.abs().max_element();
+    if gap.abs() <= f64::from(UNIT_ROUNDOFF) * f64::from(reach) { Contact::Inside(t, rounding) } else { Contact::Miss }
+}
+
+/// What the ray spans with the edges of a triangle.
+struct Volumes {
+    e: [f64; 3],
+    /// Bound on the error of each of `e`.
+    error: f64,
+    /// Distance in the plane.
+    t: f64,
+    /// Change of the distance per length that the ray is moved sideways, at most.
+    slope: f64,
+}
+
+impl Volumes {
+    fn new(ray: &Ray, v: [Vec3; 3]) -> Self {
+        let d = ray.d.as_dvec3();
+        let [a, b, c] = v.map(|v| v.as_dvec3() - ray.o.as_dvec3());
+        let e = [d.dot(b.cross(c)), d.dot(c.cross(a)), d.dot(a.cross(b))];
+        let size = a.abs().max_element().max(b.abs().max_element()).max(c.abs().max_element());
+        let products = 2.0 * (d.x.abs() + d.y.abs() + d.z.abs()) * size * size;
+        let normal = (b - a).cross(c - a);
+        let facing = normal.dot(d);
+        Self {
+            e,
+            error: VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * products,
+            t: normal.dot(a) / facing,
+            slope: normal.length() / facing.abs(),
+        }
+    }
+
+    /// By how much any of `e` changes at most when vertices move sideways by `allowed`. As seen along the ray, at a depth
+    /// of the dominant component d.z, e is d.z times the cross product of two vertices that are at most `spread` from it.
+    fn change(&self, ray: &Ray, v: [Vec3; 3], allowed: f64) -> f64 {
+        let d = ray.d.as_dvec3();
+        let dominant = d.abs().max_element();
+        let axis = d.abs().to_array().iter().position(|&c| c == dominant).unwrap_or(0);
+        let spread = v
+            .iter()
+            .map(|v| {
+                let a = v.as_dvec3() - ray.o.as_dvec3();
+                (a - d * (a[axis] / d[axis])).abs().max_element()
+            })
+            .fold(0.0, f64::max);
+        dominant * (4.0 * spread * allowed + 2.0 * allowed * allowed)
+    }
+
+    /// Whether all have the same sign and are further from 0 than `margin` (or, with 0, not on different sides of it).
+    fn same_sign(&self, margin: f64) -> bool {
+        let facing = self.t.is_finite();
+        facing
+            && if margin > 0.0 {
+                self.e.iter().all(|&e| e > margin) || self.e.iter().all(|&e| e < -margin)
+            } else {
+                self.e.iter().all(|&e| e >= 0.0) || self.e.iter().all(|&e| e <= 0.0)
+            }
+    }
+}
+
+/// Who is right about the closest hit (or any hit, where the one who found none has [`Hit::NONE`]). The two differ.
+pub fn verdict(shapes: &[Shape], ray: &Ray, embree: Hit, native: Hit) -> Verdict {
+    let look = |hit: Hit| {
+        if hit.is_some() { contact(shapes, hit, ray) } else { Contact::Miss }
+    };
+    let (of_embree, of_native) = (look(embree), look(native));
+    if embree.is_some() && of_embree == Contact::Miss {
+        return Verdict::EmbreeFalse;
+    }
+    if native.is_some() && of_native == Contact::Miss {
+        return Verdict::NativeFalse;
+    }
+    let embree_is_nearer = match (of_embree.distance(), of_native.distance()) {
+        (Some((t, error)), Some((t2, error2))) if (t - t2).abs() <= error + error2 => return Verdict::Tie,
+        (Some((t, _)), Some((t2, _))) => t < t2,
+        (found, _) => found.is_some(),
+    };
+    match if embree_is_nearer { of_embree } else { of_native } {
+        Contact::Inside(..) if embree_is_nearer => Verdict::NativeMiss,
+        Contact::Inside(..) => Verdict::EmbreeMiss,
+        _ => Verdict::Edge,
+    }
+}

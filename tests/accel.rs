@@ -1,0 +1,341 @@
+//! Both accelerators against the oracle and against each other: what they find, what they lose, and who wins a tie.
+#![allow(clippy::print_stdout, reason = "says what was measured, if asked by --nocapture")]
+
+mod accel_support;
+
+use accel_support::{Rng, boxes, cuboid, displaced_sphere, random_soup, soup, spawned};
+use glam::Vec3;
+use snell::accel::oracle::{self, Contact, Verdict};
+use snell::accel::{Accel, Accelerator, Hit};
+use snell::math::ray::Ray;
+use snell::shape::sphere::Sphere;
+use snell::shape::{Shape, TriangleMesh};
+
+/// Those that this build has.
+fn accelerators() -> Vec<Accelerator> {
+    if cfg!(feature = "embree") { vec![Accelerator::Native, Accelerator::Embree] } else { vec![Accelerator::Native] }
+}
+
+fn build(which: Accelerator, shapes: &[Shape]) -> Accel {
+    Accel::build(which, shapes, 2).expect("builds")
+}
+
+fn closest(accel: &Accel, rays: &[Ray]) -> Vec<Hit> {
+    let mut hits = vec![Hit::NONE; rays.len()];
+    accel.closest_hits(rays, &mut hits);
+    hits
+}
+
+fn occluded(accel: &Accel, rays: &[Ray]) -> Vec<bool> {
+    let mut answers = vec![true; rays.len()];
+    accel.occluded(rays, &mut answers);
+    answers
+}
+
+/// Both accelerators find what the oracle finds, but for ties and rims, and any-hit agrees with closest hit. Our own
+/// must agree with itself exactly.
+fn check(shapes: &[Shape], rays: &[Ray]) {
+    let truth: Vec<Hit> =
+        rays.iter().map(|ray| oracle::closest(shapes, ray).map_or(Hit::NONE, |(hit, _)| hit)).collect();
+    for which in accelerators() {
+        let accel = build(which, shapes);
+        let hits = closest(&accel, rays);
+        let answers = occluded(&accel, rays);
+        for (((ray, hit), truth), answer) in rays.iter().zip(&hits).zip(&truth).zip(&answers) {
+            if hit != truth {
+                let verdict = oracle::verdict(shapes, ray, *hit, *truth);
+                assert!(
+                    matches!(verdict, Verdict::Tie | Verdict::Edge),
+                    "{which:?}: {verdict:?} for {ray:?}: {hit:?}, but {truth:?}: {:?}",
+                    oracle::contact(shapes, *if hit.is_some() { hit } else { truth }, ray),
+                );
+            }
+            if which == Accelerator::Native || hit == truth && is_inside(shapes, *hit, ray) {
+                assert_eq!(hit.is_some(), *answer, "{which:?}: any hit of {ray:?}");
+            }
+        }
+    }
+}
+
+fn is_inside(shapes: &[Shape], hit: Hit, ray: &Ray) -> bool {
+    hit.is_some() && matches!(oracle::contact(shapes, hit, ray), Contact::Inside(..))
+}
+
+/// Rays from and to random points in the cube, some with an end.
+fn random_rays(rng: &mut Rng, count: usize, scale: f32) -> Vec<Ray> {
+    (0..count)
+        .map(|i| {
+            let (o, p) = (scale * 1.5 * rng.in_cube(), scale * rng.in_cube());
+            match i % 3 {
+                0 => Ray::segment(o, p),
+                1 => Ray { tmin: 0.5, ..Ray::new(o, p - o) },
+                _ => Ray::new(o, (p - o).normalize()),
+            }
+        })
+        .filter(|ray| ray.d.is_finite() && ray.d != Vec3::ZERO)
+        .collect()
+}
+
+/// 20,000 rays over soups from one triangle to 2,000.
+#[test]
+fn random_soups() {
+    let mut rng = Rng(1);
+    for (count, size) in [(1, 1.0), (2, 1.0), (3, 0.5), (4, 0.5), (5, 0.5), (9, 1.0), (60, 0.3), (2000, 0.1)] {
+        let shapes = [soup(&random_soup(&mut rng, count, size)), soup(&random_soup(&mut rng, count, size))];
+        check(&shapes, &random_rays(&mut rng, 2500, 1.0));
+    }
+}
+
+/// 8,000 rays over needles of width 1e-3 to 1e-7 of their length.
+#[test]
+fn slivers() {
+    let mut rng = Rng(2);
+    for width in [1e-3, 1e-5, 1e-6, 1e-7] {
+        let triangles: Vec<_> = random_soup(&mut rng, 300, 0.5)
+            .into_iter()
+            .map(|[a, b, _]| [a, b, a + rng.unit() * (b - a) + width * rng.in_cube()])
+            .collect();
+        let rays: Vec<Ray> = (0..2000)
+            .map(|_| {
+                let [a, b, c] = triangles[rng.below(triangles.len())];
+                let (o, s) = (1.5 * rng.in_cube(), rng.unit());
+                Ray::new(o, a.lerp(b, s).lerp(c, rng.unit()) - o)
+            })
+            .collect();
+        check(&[soup(&triangles)], &rays);
+    }
+}
+
+/// 3,000 rays a scale. Far beyond what a scene can be after it is brought to unit size.
+#[test]
+fn huge_and_tiny() {
+    let mut rng = Rng(3);
+    for exponent in [-100, -60, -20, 20, 40, 60] {
+        let scale = 2.0f32.powi(exponent);
+        let triangles: Vec<_> = random_soup(&mut rng, 200, 0.3).into_iter().map(|t| t.map(|v| scale * v)).collect();
+        let shapes = [soup(&triangles)];
+        let rays = random_rays(&mut rng, 3000, scale);
+        if exponent.abs() <= 40 {
+            check(&shapes, &rays);
+            continue;
+        }
+        // Embree's f32 products over- and underflow here.
+        let hits = closest(&build(Accelerator::Native, &shapes), &rays);
+        for (ray, hit) in rays.iter().zip(hits) {
+            let truth = oracle::closest(&shapes, ray).map_or(Hit::NONE, |(hit, _)| hit);
+            let fine =
+                hit == truth || matches!(oracle::verdict(&shapes, ray, truth, hit), Verdict::Tie | Verdict::Edge);
+            assert!(fine, "2^{exponent}: {ray:?}: {hit:?}, but {truth:?}");
+        }
+    }
+}
+
+/// 12,000 rays along the axes and planes of boxes, many of them in the planes of boxes of the tree.
+#[test]
+fn parallel_to_axes() {
+    let mut rng = Rng(4);
+    let shapes = [boxes()];
+    let grid = [-1.0, -0.999, -0.7, -0.6, -0.1, 0.0, 0.1, 0.3, 0.6, 0.7, 1.0, 2.0, -2.0];
+    let rays: Vec<Ray> = (0..12_000)
+        .map(|i| {
+            let mut pick = || grid[rng.below(grid.len())];
+            let o = Vec3::new(pick(), pick(), pick());
+            let mut d = Vec3::ZERO;
+            d[i % 3] = if i % 2 == 0 { 1.0 } else { -1.0 };
+            if i % 5 == 0 {
+                d[(i + 1) % 3] = if i % 7 == 0 { -0.0 } else { 1e-30 };
+            }
+            if i % 11 == 0 {
+                d[(i + 2) % 3] = 0.5;
+            }
+            Ray::new(o, d)
+        })
+        .collect();
+    check(&shapes, &rays);
+}
+
+/// 600,000 rays from inside a closed mesh of 43,200 triangles at random points, vertices and edge midpoints, from
+/// origins that are no good numbers. Our own loses none; Embree none of the first kind.
+#[test]
+fn closed_mesh_is_tight() {
+    let mut rng = Rng(5);
+    let mesh = displaced_sphere(60);
+    let aims: [fn(&mut Rng, [Vec3; 3]) -> Vec3; 3] = [
+        |rng, [a, b, c]| a.lerp(b, rng.unit()).lerp(c, rng.unit()),
+        |_, [a, _, _]| a,
+        |_, [a, b, _]| a * 0.5 + b * 0.5,
+    ];
+    for (kind, aim) in aims.iter().enumerate() {
+        let rays: Vec<Ray> = (0..200_000)
+            .map(|_| {
+                let o = 0.3 * rng.in_cube();
+                let triangle = mesh.triangle(rng.below(mesh.faces.len()) as u32);
+                Ray::new(o, aim(&mut rng, triangle) - o)
+            })
+            .collect();
+        let shapes = [Shape::Mesh(mesh.clone())];
+        for which in accelerators() {
+            let accel = build(which, &shapes);
+            let lost = closest(&accel, &rays).iter().filter(|hit| !hit.is_some()).count();
+            let open = occluded(&accel, &rays).iter().filter(|occluded| !**occluded).count();
+            println!("{which:?} loses {lost} and {open} of {} rays of kind {kind}", rays.len());
+            let allowed = if which == Accelerator::Native || kind == 0 { 0 } else { rays.len() / 50 };
+            assert!(lost <= allowed && open <= allowed, "{which:?} loses {lost}, {open} of kind {kind}");
+        }
+    }
+}
+
+/// The lowest shape, then the lowest primitive, of four copies of a soup: 4,000 rays. And coplanar overlaps.
+#[test]
+fn lowest_id_wins_a_tie() {
+    let mut rng = Rng(6);
+    let triangles = random_soup(&mut rng, 100, 0.4);
+    let twice: Vec<_> = triangles.iter().chain(triangles.iter().rev()).copied().collect();
+    let shapes = [soup(&twice), soup(&twice)];
+    let accel = build(Accelerator::Native, &shapes);
+    let rays = random_rays(&mut rng, 4000, 1.0);
+    for (ray, hit) in rays.iter().zip(closest(&accel, &rays)) {
+        assert!(hit == Hit::NONE || (hit.shape == 0 && hit.primitive < 100), "{ray:?}: {hit:?}");
+    }
+    check(&shapes, &rays);
+    let layers: Vec<_> =
+        (0..50).map(|_| [0; 3].map(|_| Vec3::new(rng.between(-1.0, 1.0), 0.25, rng.between(-1.0, 1.0)))).collect();
+    let rays: Vec<Ray> = (0..4000)
+        .map(|_| {
+            let o = Vec3::new(rng.between(-1.0, 1.0), 1.0, rng.between(-1.0, 1.0));
+            Ray::new(o, Vec3::new(0.3 * rng.unit(), -1.0, 0.3 * rng.unit()))
+        })
+        .collect();
+    let shapes = [soup(&layers)];
+    check(&shapes, &rays);
+    for (ray, hit) in rays.iter().zip(closest(&build(Accelerator::Native, &shapes), &rays)) {
+        let lower = (0..50).find(|&primitive| is_inside(&shapes, Hit { shape: 0, primitive }, ray));
+        assert!(lower.is_none_or(|lower| hit.primitive <= lower), "{ray:?}: {hit:?}, but {lower:?}");
+    }
+}
+
+/// Open intervals at exact distances: ends on the surface do not meet it.
+#[test]
+fn ends_of_the_interval() {
+    let shapes = [
+        soup(&cuboid(Vec3::splat(-1.0), Vec3::splat(1.0))),
+        Shape::Sphere(Sphere { centre: Vec3::new(4.0, 0.0, 0.0), radius: 1.0, flip: false }),
+    ];
+    for which in accelerators() {
+        let accel = build(which, &shapes);
+        let along = |tmin: f32, tmax: f32| {
+            let ray = Ray { o: Vec3::new(0.0, 0.25, 0.125), tmin, d: Vec3::X, tmax };
+            let (hit, answer) = (closest(&accel, &[ray])[0], occluded(&accel, &[ray])[0]);
+            assert_eq!(hit.is_some(), answer);
+            hit.shape
+        };
+        assert_eq!(along(0.0, f32::INFINITY), 0, "{which:?}");
+        assert_eq!(along(1.0, f32::INFINITY), 1, "{which:?}");
+        assert_eq!(along(0.0, 1.0), Hit::NONE.shape, "{which:?}");
+        assert_eq!(along(1.0, 3.0), Hit::NONE.shape, "{which:?}");
+        assert_eq!(along(3.5, 6.0), 1, "{which:?}");
+        assert_eq!(along(6.0, 9.0), Hit::NONE.shape, "{which:?}");
+    }
+}
+
+/// 6,000 rays among spheres, from inside and outside, alone and mixed with triangles.
+#[test]
+fn spheres_and_mixed_scenes() {
+    let mut rng = Rng(7);
+    let mut shapes: Vec<Shape> = (0..60)
+        .map(|_| Shape::Sphere(Sphere { centre: rng.in_cube(), radius: rng.between(0.01, 0.4), flip: false }))
+        .collect();
+    check(&shapes, &random_rays(&mut rng, 3000, 1.0));
+    shapes.insert(7, soup(&random_soup(&mut rng, 200, 0.2)));
+    shapes.push(Shape::Mesh(TriangleMesh::default()));
+    check(&shapes, &random_rays(&mut rng, 3000, 1.0));
+}
+
+#[test]
+fn nothing_to_hit() {
+    let empty_mesh = [Shape::Mesh(TriangleMesh::default())];
+    for which in accelerators() {
+        for shapes in [&[][..], &empty_mesh] {
+            let accel = build(which, shapes);
+            let rays = [Ray::new(Vec3::ZERO, Vec3::X)];
+            assert_eq!(closest(&accel, &rays), [Hit::NONE], "{}", accel.name());
+            assert_eq!(occluded(&accel, &rays), [false]);
+            assert_eq!(closest(&accel, &[]), []);
+        }
+    }
+}
+
+/// A million triangles in one place, and 3,000 each of twice the size of the one before: no stack overflows.
+#[test]
+fn hopeless_inputs() {
+    let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let accel = build(Accelerator::Native, &[soup(&vec![triangle; 1_000_000])]);
+    let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
+    assert_eq!(closest(&accel, &[ray]), [Hit { shape: 0, primitive: 0 }]);
+    let nested: Vec<_> = (0..3000).map(|i| triangle.map(|v| v * 2.0f32.powi(i / 20 - 100))).collect();
+    let accel = build(Accelerator::Native, &[soup(&nested)]);
+    assert!(closest(&accel, &[ray])[0].is_some());
+    assert_eq!(occluded(&accel, &[ray]), [true]);
+}
+
+/// 50,000 rays: the same hits from trees built by one thread and by four.
+#[test]
+fn same_for_any_number_of_threads() {
+    let mut rng = Rng(8);
+    let shapes = [Shape::Mesh(displaced_sphere(80))];
+    let rays = random_rays(&mut rng, 50_000, 1.0);
+    let answers: Vec<_> = [1, 4]
+        .map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let accel = pool.install(|| build(Accelerator::Native, &shapes));
+            (closest(&accel, &rays), accel.memory_bytes())
+        })
+        .into();
+    assert!(answers[0] == answers[1]);
+}
+
+/// A million rays that start on random triangles and slivers: none meets the one it starts on, and no segment between
+/// two surfaces is blocked by them.
+#[test]
+fn no_ray_meets_its_own_surface() {
+    let mut rng = Rng(9);
+    for (name, stretch, count) in [("round", 1.0, 500_000), ("1:100", 1e-2, 250_000), ("1:10000", 1e-4, 250_000)] {
+        let triangles: Vec<_> = random_soup(&mut rng, 2000, 0.3)
+            .into_iter()
+            .map(|[a, b, c]| [a, b, a.lerp(b, rng.unit()) + stretch * (c - a)])
+            .collect();
+        let shapes = [soup(&triangles)];
+        let starts: Vec<usize> = (0..count).map(|_| rng.below(triangles.len())).collect();
+        let rays: Vec<Ray> = starts.iter().filter_map(|&i| spawned(&mut rng, triangles[i])).collect();
+        for which in accelerators() {
+            let accel = build(which, &shapes);
+            let hits = closest(&accel, &rays);
+            let own = hits.iter().zip(&starts).filter(|(hit, start)| hit.primitive as usize == **start).count();
+            let answers = occluded(&accel, &rays);
+            let differ = hits.iter().zip(&answers).filter(|(hit, answer)| hit.is_some() != **answer).count();
+            println!("{which:?}, {name}: {own} self-hits, {differ} any hits differ, {:?}", accel.embree_false_hits());
+            assert_eq!(own, 0, "{which:?} on {name} triangles");
+        }
+    }
+}
+
+/// 200,000 rays through both: nothing but ties and edges, no false hit and no miss of our own.
+#[cfg(feature = "embree")]
+#[test]
+fn comparison_of_both() {
+    let mut rng = Rng(10);
+    let shapes = [
+        Shape::Mesh(displaced_sphere(30)),
+        Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 0.3, flip: false }),
+        soup(&random_soup(&mut rng, 500, 0.2)),
+    ];
+    let accel = build(Accelerator::Both, &shapes);
+    let rays = random_rays(&mut rng, 200_000, 1.0);
+    closest(&accel, &rays);
+    occluded(&accel, &rays);
+    let counts = accel.comparison().unwrap();
+    println!("{}: {counts:?}", accel.name());
+    assert_eq!(counts.rays, 400_000);
+    assert_eq!((counts.native_misses, counts.native_false, counts.embree_false), (0, 0, 0), "{counts:?}");
+    assert!(counts.embree_misses <= 2, "{counts:?}");
+}
