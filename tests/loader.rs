@@ -207,6 +207,21 @@ fn colours_are_what_mitsuba_3_9_1_has() {
 }
 
 #[test]
+fn plugins_may_stand_for_colours() {
+    let s = scene(
+        r#"<emitter type="constant"><texture name="radiance" type="d65"><rgb name="color" value="2 3 4"/>
+            <float name="scale" value="2"/></texture></emitter>
+        <shape type="sphere"><bsdf type="diffuse"><ref name="reflectance" id="grey"/></bsdf></shape>
+        <spectrum type="uniform" id="grey"><float name="value" value="0.25"/></spectrum>
+        <shape type="sphere"><bsdf type="diffuse"><spectrum name="reflectance" type="srgb">
+            <rgb name="color" value="0.3 0.2 0.1"/></spectrum></bsdf></shape>"#,
+    );
+    assert_eq!(s.lights[0].kind, LightKind::Constant { radiance: Rgb::new(4.0, 6.0, 8.0) });
+    assert_eq!(s.bsdfs[0].kind, BsdfKind::Diffuse { reflectance: Rgb::splat(0.25) });
+    assert_eq!(s.bsdfs[1].kind, BsdfKind::Diffuse { reflectance: Rgb::new(0.3, 0.2, 0.1) });
+}
+
+#[test]
 fn transformations_compose_as_in_mitsuba() {
     let s = scene(
         r#"<shape type="sphere"><transform name="to_world"><rotate angle="90" z="1"/><translate value="1 2 3"/>
@@ -287,6 +302,7 @@ fn included_files_and_search_paths_and_shared_meshes() {
         std::fs::write(&path, text).unwrap();
         path
     };
+    write("meshes/lamp.spd", "# nm, radiance\n400 1\n600 2\n700 3\n");
     write("meshes/t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
     write("fragments/bsdf.xml", r#"<bsdf version="3.0.0" type="diffuse" id="m"/>"#);
     let shape = |inside: &str| format!(r#"<shape type="obj"><string name="filename" value="t.obj"/>{inside}</shape>"#);
@@ -298,6 +314,7 @@ fn included_files_and_search_paths_and_shared_meshes() {
     );
     write("fragments/shapes.xml", &shapes);
     let main = r#"<scene version="3.0.0"><path value="meshes"/><include filename="fragments/shapes.xml"/>
+        <emitter type="constant"><spectrum name="radiance" filename="lamp.spd"/></emitter>
         <sensor type="perspective"><film type="hdrfilm"><rfilter type="box"/></film></sensor></scene>"#;
     let s = load(&write("scene.xml", main), &LoadOptions::default()).unwrap();
     let meshes: Vec<_> = s
@@ -311,6 +328,8 @@ fn included_files_and_search_paths_and_shared_meshes() {
     assert!(std::sync::Arc::ptr_eq(&meshes[0], &meshes[1]), "the same file is read once");
     assert!(!meshes[0].normals.is_empty() && meshes[2].normals.is_empty());
     assert_eq!(s.shapes[0].name, "t.obj");
+    let LightKind::Constant { radiance } = s.lights[0].kind;
+    assert_close(radiance, [2.73471, 1.62206, 1.07266]);
 }
 
 /// A file of the shared scenes, or `None`, said aloud, where they are not there.

@@ -91,3 +91,22 @@ const TABLE: &[(&str, [f32; 3], [f32; 3])] = &[
     ("W", [4.370817, 3.300246, 2.998407], [3.500641, 2.604874, 2.273233]),
     ("none", [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn materials_are_distinct_and_physical() {
+        let mut names: Vec<&str> = conductor_names().collect();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count);
+        for (name, eta, k) in TABLE {
+            assert!(eta.iter().chain(k).all(|v| v.is_finite() && *v >= 0.0), "{name}");
+        }
+        assert_eq!(conductor("none"), Some(([0.0; 3], [1.0; 3])));
+        assert_eq!(conductor("au"), None, "names are case-sensitive");
+    }
+}

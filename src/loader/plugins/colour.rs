@@ -107,15 +107,17 @@ fn uniform(_: &mut Builder<'_>, p: &Params<'_>, _: SpectrumRole) -> Result<Rgb> 
     checked(p, "value", [value; 3])
 }
 
-fn srgb(b: &mut Builder<'_>, p: &Params<'_>, role: SpectrumRole) -> Result<Rgb> {
-    let Some(value) = colour(b, p, "color", role)? else {
+/// Bounded, whatever it is for.
+fn srgb(b: &mut Builder<'_>, p: &Params<'_>, _: SpectrumRole) -> Result<Rgb> {
+    let Some(value) = colour(b, p, "color", SpectrumRole::Reflectance)? else {
         return Err(p.error("color", format!("{} needs the parameter 'color' (an <rgb>)", p.title())));
     };
     Ok(value)
 }
 
-/// The white of sRGB.
-fn d65(_: &mut Builder<'_>, p: &Params<'_>, _: SpectrumRole) -> Result<Rgb> {
+/// The white of sRGB, or a colour seen under it.
+fn d65(b: &mut Builder<'_>, p: &Params<'_>, _: SpectrumRole) -> Result<Rgb> {
+    let colour = colour(b, p, "color", SpectrumRole::Index)?.unwrap_or(Rgb::WHITE);
     let scale = p.float("scale")?.unwrap_or(1.0);
-    checked(p, "scale", [scale; 3])
+    checked(p, "scale", colour.to_array().map(|v| f64::from(v) * scale))
 }
