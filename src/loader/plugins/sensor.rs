@@ -19,6 +19,12 @@ const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_875;
 /// Focal length in millimetres unless there is one or a field of view.
 const DEFAULT_FOCAL_LENGTH_MM: f64 = 50.0;
 
+/// Nearest visible distance unless given.
+const DEFAULT_NEAR_CLIP: f64 = 0.01;
+
+/// Farthest visible distance unless given.
+const DEFAULT_FAR_CLIP: f64 = 1e4;
+
 /// Largest difference of an entry of MᵀM from the identity at which the matrix M of a camera still has no scale.
 /// Mitsuba's number.
 const SCALE_TOLERANCE: f64 = 1e-3;
@@ -39,8 +45,8 @@ fn perspective(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Camera> {
         return Err(p.error("to_world", "the transformation of a camera must not scale or shear"));
     }
     let (fov, fov_axis) = field_of_view(p)?;
-    let near_clip = p.positive("near_clip", 0.01)?;
-    let far_clip = p.float("far_clip")?.unwrap_or(1e4);
+    let near_clip = p.positive("near_clip", DEFAULT_NEAR_CLIP)?;
+    let far_clip = p.float("far_clip")?.unwrap_or(DEFAULT_FAR_CLIP);
     if near_clip >= far_clip {
         return Err(
             p.error("far_clip", format!("'far_clip' ({far_clip}) must be larger than 'near_clip' ({near_clip})"))
