@@ -18,13 +18,8 @@ mod embree {
     const SYSTEM_PREFIX: &str = "/usr";
 
     /// Prefixes of package managers.
-    const PREFIXES: [&str; 5] = [
-        SYSTEM_PREFIX,
-        "/usr/local",
-        "/opt/homebrew",
-        "/opt/local",
-        "/home/linuxbrew/.linuxbrew",
-    ];
+    const PREFIXES: [&str; 5] =
+        [SYSTEM_PREFIX, "/usr/local", "/opt/homebrew", "/opt/local", "/home/linuxbrew/.linuxbrew"];
 
     /// Versions that the shim knows, the better one first.
     const MAJORS: [u32; 2] = [4, 3];
@@ -56,10 +51,7 @@ mod embree {
             }
         }
         if let Err(error) = build.try_compile("embree_shim") {
-            let message = format!(
-                "ffi/embree_shim.c does not compile against {}: {error}",
-                found.include.display()
-            );
+            let message = format!("ffi/embree_shim.c does not compile against {}: {error}", found.include.display());
             println!("cargo::error={}", message.replace('\n', " "));
             return;
         }
@@ -75,11 +67,7 @@ mod embree {
         }
         by_pkg_config(&mut tried)
             .or_else(|| by_cmake(&mut tried))
-            .or_else(|| {
-                PREFIXES
-                    .iter()
-                    .find_map(|prefix| in_prefix(Path::new(prefix), "", &mut tried))
-            })
+            .or_else(|| PREFIXES.iter().find_map(|prefix| in_prefix(Path::new(prefix), "", &mut tried)))
             .ok_or(tried)
     }
 
@@ -126,19 +114,10 @@ mod embree {
             let include = prefix.join("include");
             let has_header = include.join(format!("embree{major}/rtcore.h")).is_file();
             let library = library_dirs(prefix).into_iter().find(|dir| has_library(dir, major))?;
-            has_header.then(|| Embree {
-                major,
-                include,
-                library,
-                is_system: prefix == Path::new(SYSTEM_PREFIX),
-            })
+            has_header.then(|| Embree { major, include, library, is_system: prefix == Path::new(SYSTEM_PREFIX) })
         });
         if found.is_none() {
-            let source = if source.is_empty() {
-                String::new()
-            } else {
-                format!(" ({source})")
-            };
+            let source = if source.is_empty() { String::new() } else { format!(" ({source})") };
             tried.push(format!("{}{source}", prefix.display()));
         }
         found
@@ -147,9 +126,7 @@ mod embree {
     fn library_dirs(prefix: &Path) -> Vec<PathBuf> {
         let arch = env::var("CARGO_CFG_TARGET_ARCH").unwrap_or_default();
         let arch = if arch == "x86" { "i386".to_owned() } else { arch };
-        ["lib".to_owned(), "lib64".to_owned(), format!("lib/{arch}-linux-gnu")]
-            .map(|dir| prefix.join(dir))
-            .to_vec()
+        ["lib".to_owned(), "lib64".to_owned(), format!("lib/{arch}-linux-gnu")].map(|dir| prefix.join(dir)).to_vec()
     }
 
     fn has_library(dir: &Path, major: u32) -> bool {
@@ -196,13 +173,9 @@ mod bindings {
             .disable_header_comment()
             .generate()
             .expect("ffi/embree_shim.h is C that libclang understands");
-        bindings
-            .write_to_file(Path::new(&out).join("bindings.rs"))
-            .expect("OUT_DIR can be written");
+        bindings.write_to_file(Path::new(&out).join("bindings.rs")).expect("OUT_DIR can be written");
         if env::var_os("UPDATE_BINDINGS").is_some() {
-            bindings
-                .write_to_file("src/accel/embree/bindings.rs")
-                .expect("the tree can be written");
+            bindings.write_to_file("src/accel/embree/bindings.rs").expect("the tree can be written");
         }
     }
 }

@@ -39,11 +39,8 @@ fn main() {
 fn measure(name: &str, shapes: &[Shape], eye: Vec3) {
     let triangles: usize = shapes.iter().map(Shape::primitive_count).sum();
     println!("\n{name}, {triangles} triangles");
-    let which = if cfg!(feature = "embree") {
-        &[Accelerator::Embree, Accelerator::Native][..]
-    } else {
-        &[Accelerator::Native]
-    };
+    let which =
+        if cfg!(feature = "embree") { &[Accelerator::Embree, Accelerator::Native][..] } else { &[Accelerator::Native] };
     let accels: Vec<Accel> = which
         .iter()
         .map(|&which| {
@@ -51,11 +48,7 @@ fn measure(name: &str, shapes: &[Shape], eye: Vec3) {
             let accel = Accel::build(which, shapes, 0).expect("the accelerator can be built");
             let seconds = start.elapsed().as_secs_f64();
             let bytes = accel.memory_bytes() as f64 / triangles as f64;
-            println!(
-                "  {}: built in {:.0} ms, {bytes:.0} bytes a triangle",
-                accel.name(),
-                seconds * 1e3
-            );
+            println!("  {}: built in {:.0} ms, {bytes:.0} bytes a triangle", accel.name(), seconds * 1e3);
             accel
         })
         .collect();
@@ -71,9 +64,7 @@ fn measure(name: &str, shapes: &[Shape], eye: Vec3) {
 /// Rays of a pinhole camera of 90°, row by row.
 fn camera_rays(eye: Vec3) -> Vec<Ray> {
     let at = |i: usize| 2.0 * (i as f32 + 0.5) / SIZE as f32 - 1.0;
-    (0..SIZE * SIZE)
-        .map(|i| Ray::new(eye, Vec3::new(at(i % SIZE), at(i / SIZE), 1.0).normalize()))
-        .collect()
+    (0..SIZE * SIZE).map(|i| Ray::new(eye, Vec3::new(at(i % SIZE), at(i / SIZE), 1.0).normalize())).collect()
 }
 
 /// A diffuse bounce, and a segment to a light above, from each hit.
@@ -90,10 +81,7 @@ fn bounce_rays(shapes: &[Shape], rays: &[Ray], hits: &[Hit]) -> (Vec<Ray>, Vec<R
         let normal = if normal.dot(ray.d) > 0.0 { -normal } else { normal };
         let o = offset(ray.o.as_dvec3() + t * ray.d.as_dvec3(), normal.as_dvec3(), extent(v));
         bounce.push(Ray::new(o, (normal + 0.999 * rng.direction()).normalize()));
-        shadow.push(Ray::segment(
-            o,
-            Vec3::new(rng.between(-0.2, 0.2), 0.45, rng.between(-0.2, 0.2)),
-        ));
+        shadow.push(Ray::segment(o, Vec3::new(rng.between(-0.2, 0.2), 0.45, rng.between(-0.2, 0.2))));
     }
     (bounce, shadow)
 }
@@ -121,10 +109,7 @@ fn report(name: &str, shapes: &[Shape], accels: &[Accel], rays: &[Ray], any: boo
         });
         let differ = differ.count();
         println!(" Mray/s, ratio {:.2}; {differ} answers differ", native / embree);
-        assert!(
-            differ as f64 <= ALLOWED_DIFFERENCES * rays.len() as f64,
-            "{differ} answers differ"
-        );
+        assert!(differ as f64 <= ALLOWED_DIFFERENCES * rays.len() as f64, "{differ} answers differ");
     } else {
         println!(" Mray/s");
     }
@@ -137,11 +122,7 @@ fn trace(accel: &Accel, rays: &[Ray], answers: &mut [Hit], any: bool) {
             let occluded = &mut occluded[..rays.len()];
             accel.occluded(rays, occluded);
             for (answer, &occluded) in answers.iter_mut().zip(&*occluded) {
-                *answer = if occluded {
-                    Hit { shape: 0, primitive: 0 }
-                } else {
-                    Hit::NONE
-                };
+                *answer = if occluded { Hit { shape: 0, primitive: 0 } } else { Hit::NONE };
             }
         } else {
             accel.closest_hits(rays, answers);

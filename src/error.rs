@@ -37,18 +37,12 @@ pub enum Position {
 impl Span {
     /// The file as a whole.
     pub fn whole(file: impl Into<Arc<Path>>) -> Self {
-        Self {
-            file: file.into(),
-            position: Position::Whole,
-        }
+        Self { file: file.into(), position: Position::Whole }
     }
 
     /// A line and column, both 1-based.
     pub fn text(file: impl Into<Arc<Path>>, line: u32, column: u32) -> Self {
-        Self {
-            file: file.into(),
-            position: Position::Text { line, column },
-        }
+        Self { file: file.into(), position: Position::Text { line, column } }
     }
 }
 
@@ -104,18 +98,12 @@ pub enum Error {
 impl Error {
     /// An [`Error::Scene`].
     pub fn scene(at: &Span, message: impl Into<String>) -> Self {
-        Self::Scene {
-            at: at.clone(),
-            message: message.into(),
-        }
+        Self::Scene { at: at.clone(), message: message.into() }
     }
 
     /// An [`Error::File`] from an I/O error.
     pub fn file(path: impl Into<PathBuf>, message: impl fmt::Display) -> Self {
-        Self::File {
-            path: path.into(),
-            message: message.to_string(),
-        }
+        Self::File { path: path.into(), message: message.to_string() }
     }
 }
 

@@ -7,8 +7,20 @@
 //! Each module uses only modules of lower rows of the table in ARCHITECTURE.md.
 
 pub mod accel;
+pub mod bsdf;
+pub mod camera;
+pub mod cli;
 pub mod description;
 pub mod error;
+pub mod film;
+pub mod image;
+pub mod integrator;
+pub mod light;
+pub mod loader;
 pub mod math;
+pub mod render;
+pub mod sampler;
+pub mod sampling;
+pub mod scene;
 pub mod shape;
 pub mod spectrum;

@@ -1,3 +1,7 @@
 //! The `snell` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    snell::cli::run(std::env::args_os())
+}

@@ -14,11 +14,7 @@ use snell::shape::{Shape, TriangleMesh};
 
 /// Those that this build has.
 fn accelerators() -> Vec<Accelerator> {
-    if cfg!(feature = "embree") {
-        vec![Accelerator::Native, Accelerator::Embree]
-    } else {
-        vec![Accelerator::Native]
-    }
+    if cfg!(feature = "embree") { vec![Accelerator::Native, Accelerator::Embree] } else { vec![Accelerator::Native] }
 }
 
 fn build(which: Accelerator, shapes: &[Shape]) -> Accel {
@@ -40,10 +36,8 @@ fn occluded(accel: &Accel, rays: &[Ray]) -> Vec<bool> {
 /// Both accelerators find what the oracle finds, but for ties and rims, and any-hit agrees with closest hit. Our own
 /// must agree with itself exactly.
 fn check(shapes: &[Shape], rays: &[Ray]) {
-    let truth: Vec<Hit> = rays
-        .iter()
-        .map(|ray| oracle::closest(shapes, ray).map_or(Hit::NONE, |(hit, _)| hit))
-        .collect();
+    let truth: Vec<Hit> =
+        rays.iter().map(|ray| oracle::closest(shapes, ray).map_or(Hit::NONE, |(hit, _)| hit)).collect();
     for which in accelerators() {
         let accel = build(which, shapes);
         let hits = closest(&accel, rays);
@@ -75,10 +69,7 @@ fn random_rays(rng: &mut Rng, count: usize, scale: f32) -> Vec<Ray> {
             let (o, p) = (scale * 1.5 * rng.in_cube(), scale * rng.in_cube());
             match i % 3 {
                 0 => Ray::segment(o, p),
-                1 => Ray {
-                    tmin: 0.5,
-                    ..Ray::new(o, p - o)
-                },
+                1 => Ray { tmin: 0.5, ..Ray::new(o, p - o) },
                 _ => Ray::new(o, (p - o).normalize()),
             }
         })
@@ -90,20 +81,8 @@ fn random_rays(rng: &mut Rng, count: usize, scale: f32) -> Vec<Ray> {
 #[test]
 fn random_soups() {
     let mut rng = Rng(1);
-    for (count, size) in [
-        (1, 1.0),
-        (2, 1.0),
-        (3, 0.5),
-        (4, 0.5),
-        (5, 0.5),
-        (9, 1.0),
-        (60, 0.3),
-        (2000, 0.1),
-    ] {
-        let shapes = [
-            soup(&random_soup(&mut rng, count, size)),
-            soup(&random_soup(&mut rng, count, size)),
-        ];
+    for (count, size) in [(1, 1.0), (2, 1.0), (3, 0.5), (4, 0.5), (5, 0.5), (9, 1.0), (60, 0.3), (2000, 0.1)] {
+        let shapes = [soup(&random_soup(&mut rng, count, size)), soup(&random_soup(&mut rng, count, size))];
         check(&shapes, &random_rays(&mut rng, 2500, 1.0));
     }
 }
@@ -137,9 +116,7 @@ fn tree_finds_what_a_loop_finds() {
         for (ray, hit) in rays.iter().zip(hits) {
             let watertight = WatertightRay::new(ray);
             let distances = triangles.iter().map(|t| watertight.intersect(t[0], t[1], t[2]));
-            let nearest = (0u32..)
-                .zip(distances)
-                .filter_map(|(primitive, t)| Some((t?, primitive)));
+            let nearest = (0u32..).zip(distances).filter_map(|(primitive, t)| Some((t?, primitive)));
             let nearest = nearest.min_by(|a, b| a.partial_cmp(b).expect("no distance is NaN"));
             let truth = nearest.map_or(Hit::NONE, |(_, primitive)| Hit { shape: 0, primitive });
             assert_eq!(hit, truth, "{ray:?}");
@@ -173,10 +150,7 @@ fn huge_and_tiny() {
     let mut rng = Rng(3);
     for exponent in [-100, -60, -20, 20, 40, 60] {
         let scale = 2.0f32.powi(exponent);
-        let triangles: Vec<_> = random_soup(&mut rng, 200, 0.3)
-            .into_iter()
-            .map(|t| t.map(|v| scale * v))
-            .collect();
+        let triangles: Vec<_> = random_soup(&mut rng, 200, 0.3).into_iter().map(|t| t.map(|v| scale * v)).collect();
         let shapes = [soup(&triangles)];
         let rays = random_rays(&mut rng, 3000, scale);
         if exponent.abs() <= 40 {
@@ -242,19 +216,9 @@ fn closed_mesh_is_tight() {
             let accel = build(which, &shapes);
             let lost = closest(&accel, &rays).iter().filter(|hit| !hit.is_some()).count();
             let open = occluded(&accel, &rays).iter().filter(|occluded| !**occluded).count();
-            println!(
-                "{which:?} loses {lost} and {open} of {} rays of kind {kind}",
-                rays.len()
-            );
-            let allowed = if which == Accelerator::Native || kind == 0 {
-                0
-            } else {
-                rays.len() / 50
-            };
-            assert!(
-                lost <= allowed && open <= allowed,
-                "{which:?} loses {lost}, {open} of kind {kind}"
-            );
+            println!("{which:?} loses {lost} and {open} of {} rays of kind {kind}", rays.len());
+            let allowed = if which == Accelerator::Native || kind == 0 { 0 } else { rays.len() / 50 };
+            assert!(lost <= allowed && open <= allowed, "{which:?} loses {lost}, {open} of kind {kind}");
         }
     }
 }
@@ -269,15 +233,11 @@ fn lowest_id_wins_a_tie() {
     let accel = build(Accelerator::Native, &shapes);
     let rays = random_rays(&mut rng, 4000, 1.0);
     for (ray, hit) in rays.iter().zip(closest(&accel, &rays)) {
-        assert!(
-            hit == Hit::NONE || (hit.shape == 0 && hit.primitive < 100),
-            "{ray:?}: {hit:?}"
-        );
+        assert!(hit == Hit::NONE || (hit.shape == 0 && hit.primitive < 100), "{ray:?}: {hit:?}");
     }
     check(&shapes, &rays);
-    let layers: Vec<_> = (0..50)
-        .map(|_| [0; 3].map(|_| Vec3::new(rng.between(-1.0, 1.0), 0.25, rng.between(-1.0, 1.0))))
-        .collect();
+    let layers: Vec<_> =
+        (0..50).map(|_| [0; 3].map(|_| Vec3::new(rng.between(-1.0, 1.0), 0.25, rng.between(-1.0, 1.0)))).collect();
     let rays: Vec<Ray> = (0..4000)
         .map(|_| {
             let o = Vec3::new(rng.between(-1.0, 1.0), 1.0, rng.between(-1.0, 1.0));
@@ -288,10 +248,7 @@ fn lowest_id_wins_a_tie() {
     check(&shapes, &rays);
     for (ray, hit) in rays.iter().zip(closest(&build(Accelerator::Native, &shapes), &rays)) {
         let lower = (0..50).find(|&primitive| is_inside(&shapes, Hit { shape: 0, primitive }, ray));
-        assert!(
-            lower.is_none_or(|lower| hit.primitive <= lower),
-            "{ray:?}: {hit:?}, but {lower:?}"
-        );
+        assert!(lower.is_none_or(|lower| hit.primitive <= lower), "{ray:?}: {hit:?}, but {lower:?}");
     }
 }
 
@@ -300,21 +257,12 @@ fn lowest_id_wins_a_tie() {
 fn ends_of_the_interval() {
     let shapes = [
         soup(&cuboid(Vec3::splat(-1.0), Vec3::splat(1.0))),
-        Shape::Sphere(Sphere {
-            centre: Vec3::new(4.0, 0.0, 0.0),
-            radius: 1.0,
-            flip: false,
-        }),
+        Shape::Sphere(Sphere { centre: Vec3::new(4.0, 0.0, 0.0), radius: 1.0, flip: false }),
     ];
     for which in accelerators() {
         let accel = build(which, &shapes);
         let along = |tmin: f32, tmax: f32| {
-            let ray = Ray {
-                o: Vec3::new(0.0, 0.25, 0.125),
-                tmin,
-                d: Vec3::X,
-                tmax,
-            };
+            let ray = Ray { o: Vec3::new(0.0, 0.25, 0.125), tmin, d: Vec3::X, tmax };
             let (hit, answer) = (closest(&accel, &[ray])[0], occluded(&accel, &[ray])[0]);
             assert_eq!(hit.is_some(), answer);
             hit.shape
@@ -333,13 +281,7 @@ fn ends_of_the_interval() {
 fn spheres_and_mixed_scenes() {
     let mut rng = Rng(7);
     let mut shapes: Vec<Shape> = (0..60)
-        .map(|_| {
-            Shape::Sphere(Sphere {
-                centre: rng.in_cube(),
-                radius: rng.between(0.01, 0.4),
-                flip: false,
-            })
-        })
+        .map(|_| Shape::Sphere(Sphere { centre: rng.in_cube(), radius: rng.between(0.01, 0.4), flip: false }))
         .collect();
     check(&shapes, &random_rays(&mut rng, 3000, 1.0));
     shapes.insert(7, soup(&random_soup(&mut rng, 200, 0.2)));
@@ -368,9 +310,7 @@ fn hopeless_inputs() {
     let accel = build(Accelerator::Native, &[soup(&vec![triangle; 1_000_000])]);
     let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
     assert_eq!(closest(&accel, &[ray]), [Hit { shape: 0, primitive: 0 }]);
-    let nested: Vec<_> = (0..3000)
-        .map(|i| triangle.map(|v| v * 2.0f32.powi(i / 20 - 100)))
-        .collect();
+    let nested: Vec<_> = (0..3000).map(|i| triangle.map(|v| v * 2.0f32.powi(i / 20 - 100))).collect();
     let accel = build(Accelerator::Native, &[soup(&nested)]);
     assert!(closest(&accel, &[ray])[0].is_some());
     assert_eq!(occluded(&accel, &[ray]), [true]);
@@ -396,11 +336,7 @@ fn same_for_any_number_of_threads() {
 #[test]
 fn no_ray_meets_its_own_surface() {
     let mut rng = Rng(9);
-    for (name, stretch, count) in [
-        ("round", 1.0, 500_000),
-        ("1:100", 1e-2, 250_000),
-        ("1:10000", 1e-4, 250_000),
-    ] {
+    for (name, stretch, count) in [("round", 1.0, 500_000), ("1:100", 1e-2, 250_000), ("1:10000", 1e-4, 250_000)] {
         let triangles: Vec<_> = random_soup(&mut rng, 2000, 0.3)
             .into_iter()
             .map(|[a, b, c]| [a, b, a.lerp(b, rng.unit()) + stretch * (c - a)])
@@ -411,21 +347,10 @@ fn no_ray_meets_its_own_surface() {
         for which in accelerators() {
             let accel = build(which, &shapes);
             let hits = closest(&accel, &rays);
-            let own = hits
-                .iter()
-                .zip(&starts)
-                .filter(|(hit, start)| hit.primitive as usize == **start)
-                .count();
+            let own = hits.iter().zip(&starts).filter(|(hit, start)| hit.primitive as usize == **start).count();
             let answers = occluded(&accel, &rays);
-            let differ = hits
-                .iter()
-                .zip(&answers)
-                .filter(|(hit, answer)| hit.is_some() != **answer)
-                .count();
-            println!(
-                "{which:?}, {name}: {own} self-hits, {differ} any hits differ, {:?}",
-                accel.embree_false_hits()
-            );
+            let differ = hits.iter().zip(&answers).filter(|(hit, answer)| hit.is_some() != **answer).count();
+            println!("{which:?}, {name}: {own} self-hits, {differ} any hits differ, {:?}", accel.embree_false_hits());
             assert_eq!(own, 0, "{which:?} on {name} triangles");
         }
     }
@@ -448,24 +373,13 @@ fn no_segment_is_blocked_by_its_ends() {
                 [first, (first + 1 + rng.below(triangles.len() - 1)) % triangles.len()]
             })
             .collect();
-        let segments: Vec<Ray> = ends
-            .iter()
-            .map(|ends| segment(&mut rng, ends.map(|i| triangles[i])))
-            .collect();
+        let segments: Vec<Ray> = ends.iter().map(|ends| segment(&mut rng, ends.map(|i| triangles[i]))).collect();
         for which in accelerators() {
             let accel = build(which, &[soup(&triangles)]);
             let hits = closest(&accel, &segments);
-            let own = hits
-                .iter()
-                .zip(&ends)
-                .filter(|(hit, ends)| ends.contains(&(hit.primitive as usize)))
-                .count();
+            let own = hits.iter().zip(&ends).filter(|(hit, ends)| ends.contains(&(hit.primitive as usize))).count();
             let answers = occluded(&accel, &segments);
-            let differ = hits
-                .iter()
-                .zip(&answers)
-                .filter(|(hit, answer)| hit.is_some() != **answer)
-                .count();
+            let differ = hits.iter().zip(&answers).filter(|(hit, answer)| hit.is_some() != **answer).count();
             println!("{which:?}, 1:{stretch}: {own} blocked by an end, {differ} any hits differ");
             assert_eq!((own, differ), (0, 0), "{which:?} on triangles of 1:{stretch}");
         }
@@ -479,11 +393,7 @@ fn comparison_of_both() {
     let mut rng = Rng(10);
     let shapes = [
         Shape::Mesh(displaced_sphere(30)),
-        Shape::Sphere(Sphere {
-            centre: Vec3::ZERO,
-            radius: 0.3,
-            flip: false,
-        }),
+        Shape::Sphere(Sphere { centre: Vec3::ZERO, radius: 0.3, flip: false }),
         soup(&random_soup(&mut rng, 500, 0.2)),
     ];
     let accel = build(Accelerator::Both, &shapes);
@@ -493,10 +403,6 @@ fn comparison_of_both() {
     let counts = accel.comparison().unwrap();
     println!("{}: {counts:?}", accel.name());
     assert_eq!(counts.rays, 400_000);
-    assert_eq!(
-        (counts.native_misses, counts.native_false, counts.embree_false),
-        (0, 0, 0),
-        "{counts:?}"
-    );
+    assert_eq!((counts.native_misses, counts.native_false, counts.embree_false), (0, 0, 0), "{counts:?}");
     assert!(counts.embree_misses <= 2, "{counts:?}");
 }

@@ -10,9 +10,5 @@ fn bindings_are_those_of_the_header() {
     let fresh = include_str!(concat!(env!("OUT_DIR"), "/bindings.rs"));
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/accel/embree/bindings.rs");
     let kept = std::fs::read_to_string(&path).unwrap();
-    assert!(
-        kept == fresh,
-        "{} is out of date; see the head of this test",
-        path.display()
-    );
+    assert!(kept == fresh, "{} is out of date; see the head of this test", path.display());
 }

@@ -70,23 +70,14 @@ impl Both {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         *found.of(verdict) += 1;
         if verdict != Verdict::Tie && found.examples.len() < EXAMPLES {
-            found.examples.push(Disagreement {
-                ray: *ray,
-                any,
-                embree,
-                native,
-                verdict,
-            });
+            found.examples.push(Disagreement { ray: *ray, any, embree, native, verdict });
         }
     }
 
     /// What has been found so far.
     pub(super) fn counts(&self) -> ComparisonCounts {
         let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        ComparisonCounts {
-            rays: self.rays.load(Ordering::Relaxed),
-            ..found.clone()
-        }
+        ComparisonCounts { rays: self.rays.load(Ordering::Relaxed), ..found.clone() }
     }
 
     /// See [`super::Accel::name`].

@@ -37,10 +37,7 @@ pub struct Hit {
 
 impl Hit {
     /// No hit.
-    pub const NONE: Self = Self {
-        shape: u32::MAX,
-        primitive: u32::MAX,
-    };
+    pub const NONE: Self = Self { shape: u32::MAX, primitive: u32::MAX };
 
     /// Whether there is one.
     #[inline]

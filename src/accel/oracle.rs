@@ -117,10 +117,7 @@ pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
 
 fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     let volumes = Volumes::new(ray, v);
-    let size = v
-        .iter()
-        .map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element())
-        .fold(0.0, f64::max);
+    let size = v.iter().map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element()).fold(0.0, f64::max);
     let rounding =
         f64::from(UNIT_ROUNDOFF) * volumes.t.abs() + VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * size * volumes.slope;
     let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * size;
@@ -129,13 +126,8 @@ fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     }
     let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
     let point: DVec3 = v.iter().zip(resolved.b).map(|(v, b)| v.as_dvec3() * b).sum();
-    let beside = (ray.o.as_dvec3() + resolved.t * ray.d.as_dvec3() - point)
-        .abs()
-        .max_element();
-    let size = v
-        .iter()
-        .map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element())
-        .fold(0.0, f64::max);
+    let beside = (ray.o.as_dvec3() + resolved.t * ray.d.as_dvec3() - point).abs().max_element();
+    let size = v.iter().map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element()).fold(0.0, f64::max);
     let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * size;
     if beside <= allowed {
         // Moving the ray sideways by what is allowed moves the distance by this much, along the slope of the plane.
@@ -151,11 +143,7 @@ fn sphere_contact(ray: &Ray, sphere: &Sphere) -> Contact {
     let gap = (ray.o.as_dvec3() + t * ray.d.as_dvec3() - sphere.centre.as_dvec3()).length() - f64::from(sphere.radius);
     // A root satisfies the equation to the rounding of f64, a line that passes the sphere by does not.
     let reach = sphere.centre.abs().max_element() + sphere.radius + ray.o.abs().max_element();
-    if gap.abs() <= f64::from(UNIT_ROUNDOFF) * f64::from(reach) {
-        Contact::Inside(t, rounding)
-    } else {
-        Contact::Miss
-    }
+    if gap.abs() <= f64::from(UNIT_ROUNDOFF) * f64::from(reach) { Contact::Inside(t, rounding) } else { Contact::Miss }
 }
 
 /// What the ray spans with the edges of a triangle.
@@ -174,11 +162,7 @@ impl Volumes {
         let d = ray.d.as_dvec3();
         let [a, b, c] = v.map(|v| v.as_dvec3() - ray.o.as_dvec3());
         let e = [d.dot(b.cross(c)), d.dot(c.cross(a)), d.dot(a.cross(b))];
-        let size = a
-            .abs()
-            .max_element()
-            .max(b.abs().max_element())
-            .max(c.abs().max_element());
+        let size = a.abs().max_element().max(b.abs().max_element()).max(c.abs().max_element());
         let products = 2.0 * (d.x.abs() + d.y.abs() + d.z.abs()) * size * size;
         let normal = (b - a).cross(c - a);
         let facing = normal.dot(d);
@@ -221,11 +205,7 @@ impl Volumes {
 /// Who is right about the closest hit (or any hit, where the one who found none has [`Hit::NONE`]). The two differ.
 pub fn verdict(shapes: &[Shape], ray: &Ray, embree: Hit, native: Hit) -> Verdict {
     let look = |hit: Hit| {
-        if hit.is_some() {
-            contact(shapes, hit, ray)
-        } else {
-            Contact::Miss
-        }
+        if hit.is_some() { contact(shapes, hit, ray) } else { Contact::Miss }
     };
     let (of_embree, of_native) = (look(embree), look(native));
     if embree.is_some() && of_embree == Contact::Miss {

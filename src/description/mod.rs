@@ -4,6 +4,7 @@
 //! linear sRGB; everything with a length in it is in the file's units; angles are in degrees where the field says so.
 
 use crate::error::Span;
+pub use crate::image::{ComponentFormat, Crop};
 use crate::spectrum::Rgb;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
@@ -54,12 +55,7 @@ pub enum IntegratorKind {
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self {
-            kind: IntegratorKind::Path,
-            max_depth: None,
-            rr_depth: 5,
-            hide_emitters: false,
-        }
+        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
     }
 }
 
@@ -120,17 +116,30 @@ pub struct Film {
     pub component_format: ComponentFormat,
 }
 
-/// A rectangle of pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crop {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns, at least 1.
-    pub width: u32,
-    /// Rows, at least 1.
-    pub height: u32,
+impl Film {
+    /// Largest width and height. Reason: a camera ray tells a millionth of the picture's width in single precision, but
+    /// not much less.
+    pub const MAX_SIDE: u32 = 1_000_000;
+
+    /// Most pixels to render. Reason: their sums take 64 bytes each, 16 GiB in all.
+    pub const MAX_PIXELS: u64 = 1 << 28;
+
+    /// Refuses a width or height that is too large.
+    pub fn check_side(pixels: u32) -> Result<(), String> {
+        if pixels <= Self::MAX_SIDE {
+            return Ok(());
+        }
+        Err(format!("{pixels} pixels a side are too many; at most {} can be rendered", Self::MAX_SIDE))
+    }
+
+    /// Refuses more pixels than can be rendered.
+    pub fn check_pixels(crop: Crop) -> Result<(), String> {
+        let pixels = u64::from(crop.width) * u64::from(crop.height);
+        if pixels <= Self::MAX_PIXELS {
+            return Ok(());
+        }
+        Err(format!("{pixels} pixels are too many; at most {} can be rendered", Self::MAX_PIXELS))
+    }
 }
 
 /// A reconstruction filter.
@@ -138,15 +147,6 @@ pub struct Crop {
 pub enum Filter {
     /// Every sample counts fully for the pixel it falls into, and for no other.
     Box,
-}
-
-/// Type of a stored pixel value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ComponentFormat {
-    /// 16-bit floating point.
-    Half,
-    /// 32-bit floating point.
-    Float,
 }
 
 /// What the file says of the sampler; its type is a hint that snell does not follow.

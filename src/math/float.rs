@@ -36,3 +36,23 @@ pub fn safe_sqrt(x: f32) -> f32 {
 pub fn sqr(x: f32) -> f32 {
     x * x
 }
+
+/// Rounds to f32; what is beyond its range becomes its largest number of that sign.
+#[inline]
+pub fn saturate_to_f32(x: f64) -> f32 {
+    (x as f32).clamp(f32::MIN, f32::MAX)
+}
+
+/// `x` rounded to f32 so that the result is not below it.
+#[inline]
+pub fn round_up(x: f64) -> f32 {
+    let y = x as f32;
+    if f64::from(y) < x { y.next_up() } else { y }
+}
+
+/// `x` rounded to f32 so that the result is not above it.
+#[inline]
+pub fn round_down(x: f64) -> f32 {
+    let y = x as f32;
+    if f64::from(y) > x { y.next_down() } else { y }
+}

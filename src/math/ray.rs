@@ -22,22 +22,12 @@ impl Ray {
     /// The ray from `o` along `d` to infinity.
     #[inline]
     pub fn new(o: Vec3, d: Vec3) -> Self {
-        Self {
-            o,
-            tmin: 0.0,
-            d,
-            tmax: f32::INFINITY,
-        }
+        Self { o, tmin: 0.0, d, tmax: f32::INFINITY }
     }
 
     /// The open segment from `a` to `b`.
     #[inline]
     pub fn segment(a: Vec3, b: Vec3) -> Self {
-        Self {
-            o: a,
-            tmin: 0.0,
-            d: b - a,
-            tmax: 1.0,
-        }
+        Self { o: a, tmin: 0.0, d: b - a, tmax: 1.0 }
     }
 }

@@ -3,7 +3,9 @@
 //! Shapes describe themselves; [`crate::accel`] reads the description. Coordinates are the compiled scene's: f32, the
 //! centre of the scene at the origin, the largest coordinate of any surface between one half and one.
 
+pub mod offset;
 pub mod sphere;
+pub mod surface;
 pub mod triangle;
 
 use crate::math::bounds::Bounds;

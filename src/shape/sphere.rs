@@ -43,11 +43,7 @@ impl Sphere {
     /// A box that contains it, whatever the rounding of c ± r.
     pub fn bounds(&self) -> Bounds {
         let outward = |c: f32, r: f32| {
-            if r < 0.0 {
-                (c + r).next_down()
-            } else {
-                (c + r).next_up()
-            }
+            if r < 0.0 { (c + r).next_down() } else { (c + r).next_up() }
         };
         let (c, r) = (self.centre, self.radius);
         Bounds {
@@ -85,11 +81,7 @@ fn in_interval(ray: &Ray, t: f64) -> bool {
 mod tests {
     use super::*;
 
-    const SPHERE: Sphere = Sphere {
-        centre: Vec3::ZERO,
-        radius: 1.0,
-        flip: false,
-    };
+    const SPHERE: Sphere = Sphere { centre: Vec3::ZERO, radius: 1.0, flip: false };
 
     #[test]
     fn outside_inside_behind_and_beside() {
@@ -105,28 +97,16 @@ mod tests {
 
     #[test]
     fn interval_is_open_and_resolve_agrees() {
-        let ray = Ray {
-            tmin: 0.0,
-            tmax: 2.0,
-            ..Ray::new(Vec3::new(-3.0, 0.0, 0.0), Vec3::X)
-        };
+        let ray = Ray { tmin: 0.0, tmax: 2.0, ..Ray::new(Vec3::new(-3.0, 0.0, 0.0), Vec3::X) };
         assert_eq!(SPHERE.intersect(&ray), None);
-        let ray = Ray {
-            tmin: 2.0,
-            tmax: 5.0,
-            ..ray
-        };
+        let ray = Ray { tmin: 2.0, tmax: 5.0, ..ray };
         assert_eq!(SPHERE.intersect(&ray), Some(4.0));
         assert_eq!(SPHERE.resolve(&ray), 4.0);
     }
 
     #[test]
     fn tiny_and_far_keeps_its_precision() {
-        let sphere = Sphere {
-            centre: Vec3::new(1000.0, 0.0, 0.0),
-            radius: 1e-3,
-            flip: false,
-        };
+        let sphere = Sphere { centre: Vec3::new(1000.0, 0.0, 0.0), radius: 1e-3, flip: false };
         let t = sphere.resolve(&Ray::new(Vec3::ZERO, Vec3::X));
         assert!((t - (1000.0 - f64::from(1e-3f32))).abs() < 1e-12, "{t}");
     }

@@ -83,11 +83,7 @@ impl WatertightRay {
         let [x, y, z] = exact.axes;
         let d = ray.d.to_array();
         let o = ray.o.to_array();
-        Self {
-            origin: [o[x], o[y], o[z]],
-            shear: [d[x] / d[z], d[y] / d[z]],
-            exact,
-        }
+        Self { origin: [o[x], o[y], o[z]], shear: [d[x] / d[z], d[y] / d[z]], exact }
     }
 
     /// Distance to the triangle in units of the direction, rounded from f64, where the ray meets it (from either side)
@@ -201,21 +197,11 @@ impl ExactRay {
             p[i][1] = (v[i][y] - self.origin[1]) - self.shear[1] * depth[i];
         }
         let e = edge_functions(&p);
-        let size = p
-            .iter()
-            .flatten()
-            .fold(0.0, |m: f64, c| if c.abs() > m { c.abs() } else { m });
+        let size = p.iter().flatten().fold(0.0, |m: f64, c| if c.abs() > m { c.abs() } else { m });
         let area = e[0] + e[1] + e[2];
         let inside = (e[0] >= 0.0 && e[1] >= 0.0 && e[2] >= 0.0) || (e[0] <= 0.0 && e[1] <= 0.0 && e[2] <= 0.0);
-        let b = if inside && area.abs() > EDGE_ON * size * size {
-            e.map(|e| e / area)
-        } else {
-            nearest_on_rim(&p)
-        };
-        TriangleHit {
-            b,
-            t: (b[0] * depth[0] + b[1] * depth[1] + b[2] * depth[2]) * self.depth,
-        }
+        let b = if inside && area.abs() > EDGE_ON * size * size { e.map(|e| e / area) } else { nearest_on_rim(&p) };
+        TriangleHit { b, t: (b[0] * depth[0] + b[1] * depth[1] + b[2] * depth[2]) * self.depth }
     }
 }
 
@@ -229,11 +215,7 @@ fn nearest_on_rim(p: &[[f64; 2]; 3]) -> [f64; 3] {
         let edge = [p[j][0] - p[i][0], p[j][1] - p[i][1]];
         let length2 = edge[0] * edge[0] + edge[1] * edge[1];
         let along = -(p[i][0] * edge[0] + p[i][1] * edge[1]);
-        let s = if length2 > 0.0 {
-            (along / length2).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let s = if length2 > 0.0 { (along / length2).clamp(0.0, 1.0) } else { 0.0 };
         let at = [p[i][0] + s * edge[0], p[i][1] + s * edge[1]];
         let distance2 = at[0] * at[0] + at[1] * at[1];
         if distance2 < least {
@@ -267,15 +249,7 @@ mod tests {
 
     #[test]
     fn meets_inside_rim_and_corners_from_both_sides() {
-        for (x, y) in [
-            (0.25, 0.25),
-            (0.5, 0.5),
-            (0.0, 0.5),
-            (0.5, 0.0),
-            (0.0, 0.0),
-            (1.0, 0.0),
-            (0.0, 1.0),
-        ] {
+        for (x, y) in [(0.25, 0.25), (0.5, 0.5), (0.0, 0.5), (0.5, 0.0), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
             assert_eq!(hit([x, y, 2.0], [0.0, 0.0, -1.0]), Some(2.0));
             assert_eq!(hit([x, y, -2.0], [0.0, 0.0, 2.0]), Some(1.0));
             assert_eq!(hit([x, y, -2.0], [0.0, 0.0, -1.0]), None);
@@ -288,10 +262,7 @@ mod tests {
     #[test]
     fn edge_on_is_a_miss_and_resolves_all_the_same() {
         let ray = Ray::new(Vec3::new(-1.0, 0.25, 0.0), Vec3::X);
-        assert_eq!(
-            WatertightRay::new(&ray).intersect(TRIANGLE[0], TRIANGLE[1], TRIANGLE[2]),
-            None
-        );
+        assert_eq!(WatertightRay::new(&ray).intersect(TRIANGLE[0], TRIANGLE[1], TRIANGLE[2]), None);
         let TriangleHit { b, t } = resolve(&ray, TRIANGLE[0], TRIANGLE[1], TRIANGLE[2]);
         assert!((1.0..=1.75).contains(&t), "{t}");
         assert_eq!(b.iter().sum::<f64>(), 1.0);
@@ -300,21 +271,11 @@ mod tests {
     #[test]
     fn interval_is_open() {
         let [a, b, c] = TRIANGLE;
-        let ray = Ray {
-            tmin: 2.0,
-            ..Ray::new(Vec3::new(0.25, 0.25, 2.0), Vec3::NEG_Z)
-        };
+        let ray = Ray { tmin: 2.0, ..Ray::new(Vec3::new(0.25, 0.25, 2.0), Vec3::NEG_Z) };
         assert_eq!(WatertightRay::new(&ray).intersect(a, b, c), None);
-        let ray = Ray {
-            tmin: 0.0,
-            tmax: 2.0,
-            ..ray
-        };
+        let ray = Ray { tmin: 0.0, tmax: 2.0, ..ray };
         assert_eq!(WatertightRay::new(&ray).intersect(a, b, c), None);
-        let ray = Ray {
-            tmax: 2.0f32.next_up(),
-            ..ray
-        };
+        let ray = Ray { tmax: 2.0f32.next_up(), ..ray };
         assert_eq!(WatertightRay::new(&ray).intersect(a, b, c), Some(2.0));
     }
 }

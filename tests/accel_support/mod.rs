@@ -1,9 +1,5 @@
 //! Meshes and random numbers for the tests and the benchmark of the accelerators.
-#![allow(
-    dead_code,
-    unreachable_pub,
-    reason = "each of its users is a crate of its own and needs a part"
-)]
+#![allow(dead_code, unreachable_pub, reason = "each of its users is a crate of its own and needs a part")]
 
 use glam::{DVec3, Vec3};
 use snell::math::float::UNIT_ROUNDOFF;
@@ -39,11 +35,7 @@ impl Rng {
 
     /// In the cube [−1, 1)³.
     pub fn in_cube(&mut self) -> Vec3 {
-        Vec3::new(
-            self.between(-1.0, 1.0),
-            self.between(-1.0, 1.0),
-            self.between(-1.0, 1.0),
-        )
+        Vec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0))
     }
 
     /// A unit vector.
@@ -61,9 +53,7 @@ impl Rng {
 pub fn soup(triangles: &[[Vec3; 3]]) -> Shape {
     Shape::Mesh(TriangleMesh {
         positions: triangles.iter().flatten().copied().collect(),
-        faces: (0..triangles.len() as u32)
-            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
-            .collect(),
+        faces: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         ..Default::default()
     })
 }
@@ -104,11 +94,7 @@ pub fn displaced_sphere(n: u32) -> TriangleMesh {
                     };
                     let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)]
                         .map(|lattice| vertex(&mut mesh, lattice));
-                    mesh.faces.extend(if side == 0 {
-                        [[a, c, b], [a, d, c]]
-                    } else {
-                        [[a, b, c], [a, c, d]]
-                    });
+                    mesh.faces.extend(if side == 0 { [[a, c, b], [a, d, c]] } else { [[a, b, c], [a, c, d]] });
                 }
             }
         }
@@ -153,10 +139,7 @@ pub fn spawned(rng: &mut Rng, v: [Vec3; 3]) -> Ray {
 pub fn segment(rng: &mut Rng, v: [[Vec3; 3]; 2]) -> Ray {
     let (p, q) = (point(rng, v[0]), point(rng, v[1]));
     let end_extent = extent(v[1]) + (q - p).abs().as_vec3();
-    Ray::segment(
-        offset(p, towards(v[0], q - p), extent(v[0])),
-        offset(q, towards(v[1], p - q), end_extent),
-    )
+    Ray::segment(offset(p, towards(v[0], q - p), extent(v[0])), offset(q, towards(v[1], p - q), end_extent))
 }
 
 /// A random point of a triangle.

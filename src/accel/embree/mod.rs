@@ -67,19 +67,11 @@ const _: () = {
     assert!(bindings::RT_NONE == Hit::NONE.shape && bindings::RT_NONE == Hit::NONE.primitive);
 };
 
-const NO_HIT: rt_hit = rt_hit {
-    shape: bindings::RT_NONE,
-    primitive: bindings::RT_NONE,
-    t: 0.0,
-    volume: 0.0,
-};
+const NO_HIT: rt_hit = rt_hit { shape: bindings::RT_NONE, primitive: bindings::RT_NONE, t: 0.0, volume: 0.0 };
 
 impl rt_hit {
     fn id(&self) -> Hit {
-        Hit {
-            shape: self.shape,
-            primitive: self.primitive,
-        }
+        Hit { shape: self.shape, primitive: self.primitive }
     }
 }
 
@@ -101,10 +93,7 @@ impl Embree {
     /// See [`super::Accel::build`].
     pub(crate) fn build(shapes: &[Shape], threads: usize) -> Result<Self> {
         let shapes: Vec<Shape> = shapes.iter().map(copy).collect();
-        let scene = if shapes
-            .iter()
-            .any(|s| matches!(s, Shape::Mesh(mesh) if !mesh.faces.is_empty()))
-        {
+        let scene = if shapes.iter().any(|s| matches!(s, Shape::Mesh(mesh) if !mesh.faces.is_empty())) {
             // SAFETY: `shapes` is moved into the same struct and never changed; the vectors inside keep their address.
             Some(unsafe { Scene::build(&shapes, threads)? })
         } else {
@@ -112,13 +101,7 @@ impl Embree {
         };
         let spheres = Native::build_spheres(&shapes);
         let longest_edges = shapes.iter().map(longest_edge).collect();
-        Ok(Self {
-            scene,
-            shapes,
-            longest_edges,
-            spheres,
-            false_hits: AtomicU64::new(0),
-        })
+        Ok(Self { scene, shapes, longest_edges, spheres, false_hits: AtomicU64::new(0) })
     }
 
     /// See [`super::Accel::closest_hits`].
@@ -198,10 +181,7 @@ impl Embree {
     #[cold]
     fn behind(&self, scene: &Scene, ray: &Ray, false_hit: &rt_hit) -> rt_hit {
         self.false_hits.fetch_add(1, Ordering::Relaxed);
-        let beyond = Ray {
-            tmin: (false_hit.t * BEHIND).next_up(),
-            ..*ray
-        };
+        let beyond = Ray { tmin: (false_hit.t * BEHIND).next_up(), ..*ray };
         let mut found = [NO_HIT];
         if beyond.tmin < beyond.tmax {
             scene.closest(&[beyond], &mut found);
@@ -248,12 +228,7 @@ fn copy(shape: &Shape) -> Shape {
             let mut positions = Vec::with_capacity(mesh.positions.len() + PADDING);
             positions.extend_from_slice(&mesh.positions);
             positions.extend([Vec3::ZERO; PADDING]);
-            Shape::Mesh(TriangleMesh {
-                positions,
-                normals: Vec::new(),
-                faces: mesh.faces.clone(),
-                flip: mesh.flip,
-            })
+            Shape::Mesh(TriangleMesh { positions, normals: Vec::new(), faces: mesh.faces.clone(), flip: mesh.flip })
         }
         Shape::Sphere(sphere) => Shape::Sphere(*sphere),
     }
@@ -264,10 +239,7 @@ fn longest_edge(shape: &Shape) -> f32 {
     let Shape::Mesh(mesh) = shape else { return 0.0 };
     let of_face = |face: u32| {
         let [a, b, c] = mesh.triangle(face).map(Vec3::as_dvec3);
-        (b - a)
-            .length_squared()
-            .max((c - b).length_squared())
-            .max((a - c).length_squared())
+        (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared())
     };
     ((0..mesh.faces.len() as u32).map(of_face).fold(0.0, f64::max).sqrt() as f32).next_up()
 }
@@ -325,10 +297,7 @@ impl Scene {
     /// The vertices, of which [`PADDING`] at the end are unused, and the faces of `shapes` must stay where they are and
     /// as they are until the scene is dropped.
     unsafe fn build(shapes: &[Shape], threads: usize) -> Result<Self> {
-        let mut error = rt_error {
-            code: 0,
-            text: [0; 252],
-        };
+        let mut error = rt_error { code: 0, text: [0; 252] };
         let threads = u32::try_from(threads).unwrap_or(0);
         // SAFETY: `error` is writable for the call.
         let scene = unsafe { bindings::rt_scene_new(threads, &mut error) };
@@ -404,9 +373,5 @@ impl Scene {
 fn failure(what: &str, error: &rt_error) -> Error {
     // SAFETY: the shim ends the text with a 0 inside the array, and it is all 0 where the shim wrote nothing.
     let text = unsafe { CStr::from_ptr(error.text.as_ptr().cast::<c_char>()) };
-    Error::Accelerator(format!(
-        "Embree {what}: {} (error {})",
-        text.to_string_lossy(),
-        error.code
-    ))
+    Error::Accelerator(format!("Embree {what}: {} (error {})", text.to_string_lossy(), error.code))
 }

@@ -56,11 +56,7 @@ pub(super) struct BinaryNode {
 impl BinaryNode {
     /// Half of the surface area of its box; 0 of an unused place.
     pub(super) fn area(&self) -> f64 {
-        if self.bounds.is_empty() {
-            0.0
-        } else {
-            half_area(self.bounds)
-        }
+        if self.bounds.is_empty() { 0.0 } else { half_area(self.bounds) }
     }
 }
 
@@ -80,10 +76,7 @@ pub(super) enum Kind {
 
 /// Builds the binary tree; reorders `items` to the order of the leaves. Not for an empty slice.
 pub(super) fn build(items: &mut [Item]) -> Vec<BinaryNode> {
-    let unused = BinaryNode {
-        bounds: Bounds::EMPTY,
-        kind: Kind::Leaf { first: 0, count: 0 },
-    };
+    let unused = BinaryNode { bounds: Bounds::EMPTY, kind: Kind::Leaf { first: 0, count: 0 } };
     let mut nodes = vec![unused; 2 * items.len() - 1];
     subtree(items, 0, &mut nodes, 0);
     nodes
@@ -92,25 +85,14 @@ pub(super) fn build(items: &mut [Item]) -> Vec<BinaryNode> {
 fn subtree(items: &mut [Item], first: u32, nodes: &mut [BinaryNode], depth: usize) {
     let extent = Extent::of(items);
     if items.len() <= BLOCK_SIZE {
-        nodes[0] = BinaryNode {
-            bounds: extent.bounds,
-            kind: Kind::Leaf {
-                first,
-                count: items.len() as u32,
-            },
-        };
+        nodes[0] = BinaryNode { bounds: extent.bounds, kind: Kind::Leaf { first, count: items.len() as u32 } };
         return;
     }
     let middle = split(items, &extent, depth);
     let (left, right) = items.split_at_mut(middle);
     let (head, rest) = nodes.split_at_mut(1);
     let (left_nodes, right_nodes) = rest.split_at_mut(2 * middle - 1);
-    head[0] = BinaryNode {
-        bounds: extent.bounds,
-        kind: Kind::Inner {
-            right: 2 * middle as u32,
-        },
-    };
+    head[0] = BinaryNode { bounds: extent.bounds, kind: Kind::Inner { right: 2 * middle as u32 } };
     let larger = middle.max(right.len());
     let mut build_left = || subtree(left, first, left_nodes, depth + 1);
     let mut build_right = || subtree(right, first + middle as u32, right_nodes, depth + 1);
@@ -133,11 +115,7 @@ fn split(items: &mut [Item], extent: &Extent, depth: usize) -> usize {
         return half;
     };
     let middle = partition(items, |item| binning.bin(item)[axis] <= bin);
-    if middle == 0 || middle == items.len() {
-        half
-    } else {
-        middle
-    }
+    if middle == 0 || middle == items.len() { half } else { middle }
 }
 
 /// Moves the items that satisfy `is_left` to the front and returns their number.
@@ -162,10 +140,7 @@ struct Extent {
 }
 
 impl Extent {
-    const EMPTY: Self = Self {
-        bounds: Bounds::EMPTY,
-        centroids: Bounds::EMPTY,
-    };
+    const EMPTY: Self = Self { bounds: Bounds::EMPTY, centroids: Bounds::EMPTY };
 
     fn of(items: &[Item]) -> Self {
         let serial = |items: &[Item]| {
@@ -179,10 +154,7 @@ impl Extent {
         }
         items.par_chunks(PARALLEL_BINNING).map(serial).reduce(
             || Self::EMPTY,
-            |a, b| Self {
-                bounds: a.bounds.union(b.bounds),
-                centroids: a.centroids.union(b.centroids),
-            },
+            |a, b| Self { bounds: a.bounds.union(b.bounds), centroids: a.centroids.union(b.centroids) },
         )
     }
 }
@@ -200,16 +172,10 @@ struct Bin {
 }
 
 impl Bin {
-    const EMPTY: Self = Self {
-        bounds: Bounds::EMPTY,
-        count: 0,
-    };
+    const EMPTY: Self = Self { bounds: Bounds::EMPTY, count: 0 };
 
     fn union(self, other: Self) -> Self {
-        Self {
-            bounds: self.bounds.union(other.bounds),
-            count: self.count + other.count,
-        }
+        Self { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
     }
 
     /// Cost of a node with these primitives, of which a whole block is tested at a time.
@@ -223,19 +189,14 @@ type Bins = [[Bin; BINS]; 3];
 impl Binning {
     fn new(extent: &Extent) -> Self {
         let size = extent.centroids.extent();
-        Self {
-            origin: extent.centroids.min,
-            scale: Vec3::splat(BINS as f32) / size,
-        }
+        Self { origin: extent.centroids.min, scale: Vec3::splat(BINS as f32) / size }
     }
 
     /// The bin on each axis; 0 on one along which all centroids are the same.
     #[inline]
     fn bin(&self, item: &Item) -> [usize; 3] {
         // A float-to-integer cast saturates and takes NaN (of 0 · ∞) to 0.
-        ((item.centroid() - self.origin) * self.scale)
-            .to_array()
-            .map(|bin| (bin as usize).min(BINS - 1))
+        ((item.centroid() - self.origin) * self.scale).to_array().map(|bin| (bin as usize).min(BINS - 1))
     }
 
     fn fill(&self, items: &[Item]) -> Bins {
@@ -272,11 +233,7 @@ impl Binning {
             let mut left = Bin::EMPTY;
             for i in 0..BINS - 1 {
                 left = left.union(bins[i]);
-                let cost = if left.count == 0 {
-                    f64::INFINITY
-                } else {
-                    left.cost() + right_costs[i + 1]
-                };
+                let cost = if left.count == 0 { f64::INFINITY } else { left.cost() + right_costs[i + 1] };
                 if cost < least {
                     least = cost;
                     best = Some((axis, i));

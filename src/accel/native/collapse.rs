@@ -31,10 +31,7 @@ pub(super) struct Plans(Vec<Plan>);
 impl Plans {
     /// Plans for a tree, from the leaves up: children come after their parent.
     pub(super) fn new(binary: &[BinaryNode]) -> Self {
-        let unused = Plan {
-            cost: [0.0; WIDTH - 1],
-            places: [(0, 1); WIDTH],
-        };
+        let unused = Plan { cost: [0.0; WIDTH - 1], places: [(0, 1); WIDTH] };
         let mut plans = vec![unused; binary.len()];
         let whole = binary[0].area();
         let scale = if whole > 0.0 { 1.0 / whole } else { 0.0 };
@@ -80,10 +77,7 @@ impl Plan {
             least
         };
         let (below, all) = shared(WIDTH);
-        let mut plan = Self {
-            cost: [area * NODE_COST + below; WIDTH - 1],
-            places: [(0, 1); WIDTH],
-        };
+        let mut plan = Self { cost: [area * NODE_COST + below; WIDTH - 1], places: [(0, 1); WIDTH] };
         plan.places[WIDTH - 1] = all;
         for places in 2..WIDTH {
             let (cost, how) = shared(places);

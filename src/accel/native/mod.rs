@@ -46,10 +46,7 @@ impl Nearest {
     /// Nothing hit yet.
     #[inline]
     pub(crate) fn none(ray: &Ray) -> Self {
-        Self {
-            t: ray.tmax,
-            hit: Hit::NONE,
-        }
+        Self { t: ray.tmax, hit: Hit::NONE }
     }
 
     /// Takes a hit if it is nearer, or as near and of lower id.
@@ -72,10 +69,7 @@ impl Native {
 
     /// Builds over the spheres alone.
     pub(crate) fn build_spheres(shapes: &[Shape]) -> Self {
-        Self {
-            triangles: None,
-            spheres: Tree::build(items(shapes, |s| matches!(s, Shape::Sphere(_))), shapes),
-        }
+        Self { triangles: None, spheres: Tree::build(items(shapes, |s| matches!(s, Shape::Sphere(_))), shapes) }
     }
 
     /// Whether it holds nothing.
@@ -96,10 +90,7 @@ impl Native {
 
     /// Takes what is nearer than `nearest`.
     pub(crate) fn improve(&self, ray: &Ray, nearest: &mut Nearest, stack: &mut Stack) {
-        let prepared = PreparedRay {
-            ray: *ray,
-            watertight: WatertightRay::new(ray),
-        };
+        let prepared = PreparedRay { ray: *ray, watertight: WatertightRay::new(ray) };
         if let Some(tree) = &self.triangles {
             tree.closest(&prepared, &SlabRay::new(ray, tree.reach()), nearest, stack);
         }
@@ -115,10 +106,7 @@ impl Native {
             if *occluded {
                 continue;
             }
-            let prepared = PreparedRay {
-                ray: *ray,
-                watertight: WatertightRay::new(ray),
-            };
+            let prepared = PreparedRay { ray: *ray, watertight: WatertightRay::new(ray) };
             *occluded = self
                 .triangles
                 .as_ref()
@@ -140,13 +128,12 @@ impl Native {
 fn items(shapes: &[Shape], wanted: impl Fn(&Shape) -> bool) -> Vec<Item> {
     let mut items = Vec::with_capacity(shapes.iter().filter(|s| wanted(s)).map(Shape::primitive_count).sum());
     for (index, shape) in (0u32..).zip(shapes).filter(|(_, shape)| wanted(shape)) {
-        items.extend((0..shape.primitive_count() as u32).map(|primitive| Item {
-            bounds: shape.primitive_bounds(primitive),
-            id: Hit {
-                shape: index,
-                primitive,
-            },
-        }));
+        items.extend(
+            (0..shape.primitive_count() as u32).map(|primitive| Item {
+                bounds: shape.primitive_bounds(primitive),
+                id: Hit { shape: index, primitive },
+            }),
+        );
     }
     items
 }

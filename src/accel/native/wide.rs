@@ -70,10 +70,8 @@ struct Node {
 }
 
 impl Node {
-    const EMPTY: Self = Self {
-        bounds: [[[Vec4::INFINITY; WIDTH / 4]; 3], [[Vec4::NEG_INFINITY; WIDTH / 4]; 3]],
-        children: [0; WIDTH],
-    };
+    const EMPTY: Self =
+        Self { bounds: [[[Vec4::INFINITY; WIDTH / 4]; 3], [[Vec4::NEG_INFINITY; WIDTH / 4]; 3]], children: [0; WIDTH] };
 
     fn set(&mut self, lane: usize, bounds: Bounds, child: u32) {
         for (axis, (lower, upper)) in bounds.min.to_array().into_iter().zip(bounds.max.to_array()).enumerate() {
@@ -155,10 +153,7 @@ pub(crate) struct Stack {
 impl Stack {
     /// An empty stack.
     pub(crate) fn new() -> Self {
-        Self {
-            entries: Box::new([(0.0, 0); STACK_SIZE]),
-            len: 0,
-        }
+        Self { entries: Box::new([(0.0, 0); STACK_SIZE]), len: 0 }
     }
 
     #[inline(always)]
@@ -191,27 +186,13 @@ impl<B: Block> Tree<B> {
             return None;
         }
         let binary = build::build(&mut items);
-        let mut layout = Layout {
-            binary: &binary,
-            plans: Plans::new(&binary),
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-        };
+        let mut layout = Layout { binary: &binary, plans: Plans::new(&binary), nodes: Vec::new(), leaves: Vec::new() };
         let root = layout.add(0);
         let Layout { mut nodes, leaves, .. } = layout;
         nodes.shrink_to_fit();
-        let blocks = leaves
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|leaf| B::new(&items[leaf], shapes))
-            .collect();
+        let blocks = leaves.into_par_iter().with_min_len(1024).map(|leaf| B::new(&items[leaf], shapes)).collect();
         let Bounds { min, max } = binary[0].bounds;
-        Some(Self {
-            nodes,
-            blocks,
-            root,
-            reach: min.abs().max(max.abs()).max_element(),
-        })
+        Some(Self { nodes, blocks, root, reach: min.abs().max(max.abs()).max_element() })
     }
 
     /// The largest coordinate of anything in it.
@@ -280,11 +261,7 @@ fn descend(node: &Node, (met, entry): (u32, [f32; WIDTH]), stack: &mut Stack) ->
     }
     if others & (others - 1) == 0 {
         let second = others.trailing_zeros() as usize;
-        let (near, far) = if entry[first] <= entry[second] {
-            (first, second)
-        } else {
-            (second, first)
-        };
+        let (near, far) = if entry[first] <= entry[second] { (first, second) } else { (second, first) };
         stack.push(entry[far], node.children[far]);
         return Some(node.children[near]);
     }
@@ -310,10 +287,7 @@ fn descend_sorted(node: &Node, mut met: u32, entry: &[f32; WIDTH], stack: &mut S
         count += 1;
     }
     for &key in &sorted[..count - 1] {
-        stack.push(
-            f32::from_bits(key & !LANE_BITS),
-            node.children[(key & LANE_BITS) as usize],
-        );
+        stack.push(f32::from_bits(key & !LANE_BITS), node.children[(key & LANE_BITS) as usize]);
     }
     node.children[(sorted[count - 1] & LANE_BITS) as usize]
 }

@@ -1,0 +1,50 @@
+//! A smooth interface between two dielectrics: reflection and refraction by Fresnel's and Snell's laws.
+
+use super::{BsdfSample, Lobes, fresnel};
+use crate::math::float::sqr;
+use crate::sampler::BsdfUniforms;
+use crate::sampling::pdf::SolidAnglePdf;
+use crate::spectrum::Rgb;
+use glam::Vec3;
+
+/// A smooth interface; the normal points to the outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dielectric {
+    eta: f32,
+    reflectance: Rgb,
+    transmittance: Rgb,
+}
+
+impl Dielectric {
+    /// From the index of refraction inside relative to outside, and factors on what is reflected and transmitted.
+    pub fn new(eta: f32, reflectance: Rgb, transmittance: Rgb) -> Self {
+        Self { eta, reflectance, transmittance }
+    }
+
+    pub(super) fn lobes(&self) -> Lobes {
+        Lobes { smooth: false, delta: true, transmits: true }
+    }
+
+    pub(super) fn eval(&self, _wo: Vec3, _wi: Vec3) -> Rgb {
+        Rgb::BLACK
+    }
+
+    pub(super) fn pdf(&self, _wo: Vec3, _wi: Vec3) -> SolidAnglePdf {
+        SolidAnglePdf(0.0)
+    }
+
+    #[inline]
+    pub(super) fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        let entering = wo.z > 0.0;
+        let eta = if entering { self.eta } else { 1.0 / self.eta };
+        let interface = fresnel::dielectric(wo.z.abs(), eta);
+        if u.lobe < interface.reflectance {
+            let wi = Vec3::new(-wo.x, -wo.y, wo.z);
+            return Some(BsdfSample { wi, weight: self.reflectance, pdf: None, eta: 1.0 });
+        }
+        let wi = Vec3::new(-wo.x / eta, -wo.y / eta, -interface.cos_t.copysign(wo.z)).normalize();
+        // Radiance is compressed into a smaller solid angle on the denser side (Veach 1997, section 5.2).
+        let weight = self.transmittance * (1.0 / sqr(eta));
+        Some(BsdfSample { wi, weight, pdf: None, eta })
+    }
+}

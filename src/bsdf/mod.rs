@@ -1,0 +1,121 @@
+//! Scattering at a point of a surface: value, density and sampling of every bsdf.
+//!
+//! Directions are unit vectors in the local shading frame (normal +z) and point *away* from the surface. A bsdf sees no
+//! texture, no world space and no random generator: its numbers are arguments.
+
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod fresnel;
+mod ggx;
+
+pub use conductor::RoughConductor;
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+
+use crate::sampler::BsdfUniforms;
+use crate::sampling::pdf::SolidAnglePdf;
+use crate::spectrum::Rgb;
+use glam::Vec3;
+
+/// A bsdf: a closed set, each in its own file with the same methods.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Bsdf {
+    /// Lambertian reflection.
+    Diffuse(Diffuse),
+    /// Microfacets of metal.
+    RoughConductor(RoughConductor),
+    /// A smooth interface.
+    Dielectric(Dielectric),
+}
+
+/// A direction sampled from a bsdf.
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfSample {
+    /// Where the path goes on.
+    pub wi: Vec3,
+    /// f(wo, wi)·|cos θi| / pdf; for a delta lobe its reflectance over the probability of choosing it. For transmission
+    /// it includes the 1/η² by which radiance changes across the interface.
+    pub weight: Rgb,
+    /// Density of `wi`; `None` for a delta lobe, which has none.
+    pub pdf: Option<SolidAnglePdf>,
+    /// Index of refraction on the side of `wi` relative to that of `wo`; 1 for reflection.
+    pub eta: f32,
+}
+
+/// What an integrator may know of a bsdf before asking.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lobes {
+    /// It has a part with a density; without one, sampling lights is useless.
+    pub smooth: bool,
+    /// It has delta lobes.
+    pub delta: bool,
+    /// Light passes through.
+    pub transmits: bool,
+}
+
+macro_rules! each {
+    ($self:ident, $b:ident => $e:expr) => {
+        match $self {
+            Bsdf::Diffuse($b) => $e,
+            Bsdf::RoughConductor($b) => $e,
+            Bsdf::Dielectric($b) => $e,
+        }
+    };
+}
+
+impl Bsdf {
+    /// f(wo, wi)·|cos θi|, in sr⁻¹ (times the cosine); delta lobes count as zero.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        each!(self, b => b.eval(wo, wi))
+    }
+
+    /// Density with which [`Self::sample`] finds `wi`; delta lobes count as zero.
+    #[inline]
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> SolidAnglePdf {
+        each!(self, b => b.pdf(wo, wi))
+    }
+
+    /// A direction; `None` means that this sample carries no energy and the path ends.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        each!(self, b => b.sample(wo, u))
+    }
+
+    /// Its lobes.
+    #[inline]
+    pub fn lobes(&self) -> Lobes {
+        each!(self, b => b.lobes())
+    }
+}
+
+/// A surface's bsdfs: one-sided as the bsdf itself says, or one for each side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Seen from the front (both sides if `back` is `None`: the bsdf itself tells them apart).
+    pub front: Bsdf,
+    /// Seen from the back, in a frame mirrored at the surface so that it believes itself seen from the front.
+    pub back: Option<Bsdf>,
+}
+
+impl Material {
+    /// The bsdf for a viewer on the side of `cos_wo`, the cosine between the shading normal and `wo`; and whether the
+    /// shading normal is to be flipped for it.
+    #[inline]
+    pub fn seen_from(&self, cos_wo: f32) -> (&Bsdf, bool) {
+        match &self.back {
+            Some(back) if cos_wo < 0.0 => (back, true),
+            _ => (&self.front, false),
+        }
+    }
+
+    /// Whether any side has delta lobes, and whether any transmits.
+    pub fn lobes(&self) -> Lobes {
+        let (f, b) = (self.front.lobes(), self.back.as_ref().map_or(self.front.lobes(), Bsdf::lobes));
+        Lobes { smooth: f.smooth || b.smooth, delta: f.delta || b.delta, transmits: f.transmits || b.transmits }
+    }
+}
+
+#[cfg(test)]
+mod tests;

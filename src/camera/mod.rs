@@ -1,0 +1,5 @@
+//! Cameras: from a point of the film to a ray.
+
+mod perspective;
+
+pub use perspective::{Perspective, Pinhole};

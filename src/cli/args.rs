@@ -1,0 +1,235 @@
+//! The arguments.
+
+use crate::accel::Accelerator;
+use crate::film::SampleId;
+use crate::image::Crop;
+use crate::integrator::Estimator;
+use crate::sampler::SamplerKind;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// A physically based path tracer for Mitsuba 3 scenes.
+#[derive(Debug, Parser)]
+#[command(name = "snell", version, about, arg_required_else_help = true)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Render a scene to a picture.
+    Render(RenderArgs),
+    /// Show what a scene holds and needs.
+    Info(SceneArgs),
+}
+
+/// What to read, and what to change in it.
+#[derive(Debug, Args)]
+pub(super) struct SceneArgs {
+    /// The scene: a Mitsuba 3 XML file.
+    pub(super) scene: PathBuf,
+    /// Set a parameter that the scene declares by <default>.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    pub(super) define: Vec<(String, String)>,
+    /// Make unknown parameters and attributes warnings, not errors.
+    #[arg(long)]
+    pub(super) lenient: bool,
+    /// Which of the scene's cameras, counted from 0.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) camera: usize,
+    /// Size of the whole picture, in place of the file's.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(super) size: Option<(u32, u32)>,
+    /// Render only this part of the picture.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = crop)]
+    pub(super) crop: Option<Crop>,
+    /// Who finds what rays meet.
+    #[arg(long, value_enum, default_value_t = AcceleratorName::Auto)]
+    pub(super) accel: AcceleratorName,
+    /// Threads; 0 for one a core.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) threads: usize,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    #[command(flatten)]
+    pub(super) scene: SceneArgs,
+    /// Where to write the picture (.exr or .png; may be repeated). Default: the scene's name with .exr, here.
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Vec<PathBuf>,
+    /// Samples per pixel, in place of the file's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) spp: Option<u32>,
+    /// How to estimate, in place of the file's. All converge to the same picture.
+    #[arg(long, value_enum)]
+    pub(super) integrator: Option<IntegratorName>,
+    /// Where random numbers come from.
+    #[arg(long, value_enum, default_value_t = SamplerName::Sobol)]
+    pub(super) sampler: SamplerName,
+    /// The largest number of segments of a path, in place of the file's; -1 for no limit.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(i64).range(-1..=i64::from(u32::MAX)))]
+    pub(super) max_depth: Option<i64>,
+    /// The first vertex at which Russian roulette may end a path, in place of the file's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) rr_depth: Option<u32>,
+    /// Seed of the random numbers, in place of the file's.
+    #[arg(long, value_name = "N")]
+    pub(super) seed: Option<u64>,
+    /// Stops of exposure for PNG: 1 is twice as bright.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    pub(super) exposure: f32,
+    /// Write figures about the render as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub(super) stats: Option<PathBuf>,
+    /// Trace one sample alone and tell of every step; writes no picture.
+    #[arg(long, value_name = "X,Y,S", value_parser = sample_id)]
+    pub(super) replay: Option<SampleId>,
+    /// Print errors only.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+    /// Print more.
+    #[arg(short, long)]
+    pub(super) verbose: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum AcceleratorName {
+    /// Embree where it is compiled in, else native.
+    Auto,
+    /// Intel Embree, robust.
+    Embree,
+    /// Our own BVH.
+    Native,
+    /// Both, compared ray by ray; native answers.
+    Both,
+}
+
+impl From<AcceleratorName> for Accelerator {
+    fn from(name: AcceleratorName) -> Self {
+        match name {
+            AcceleratorName::Auto => Self::Auto,
+            AcceleratorName::Embree => Self::Embree,
+            AcceleratorName::Native => Self::Native,
+            AcceleratorName::Both => Self::Both,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
+pub(super) enum IntegratorName {
+    /// Light and bsdf sampling combined: the one for use.
+    Path,
+    /// `path` for at most one bounce.
+    Direct,
+    /// Light sampling alone.
+    Nee,
+    /// Bsdf sampling alone.
+    Bsdf,
+    /// Uniform directions.
+    Naive,
+}
+
+impl IntegratorName {
+    pub(super) fn estimator(self) -> Estimator {
+        match self {
+            Self::Path | Self::Direct => Estimator::Path,
+            Self::Nee => Estimator::Nee,
+            Self::Bsdf => Estimator::Bsdf,
+            Self::Naive => Estimator::Naive,
+        }
+    }
+
+    pub(super) fn text(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Direct => "direct",
+            Self::Nee => "nee",
+            Self::Bsdf => "bsdf",
+            Self::Naive => "naive",
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum SamplerName {
+    /// Owen-scrambled Sobol' points.
+    Sobol,
+    /// Independent numbers.
+    Independent,
+}
+
+impl SamplerName {
+    pub(super) fn kind(self) -> SamplerKind {
+        match self {
+            Self::Sobol => SamplerKind::Sobol,
+            Self::Independent => SamplerKind::Independent,
+        }
+    }
+
+    pub(super) fn text(self) -> &'static str {
+        match self {
+            Self::Sobol => "sobol",
+            Self::Independent => "independent",
+        }
+    }
+}
+
+fn define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.into(), value.into())),
+        _ => Err("expected NAME=VALUE".into()),
+    }
+}
+
+fn numbers<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
+    let parsed: Option<Vec<u32>> = text.split(separator).map(|part| part.trim().parse().ok()).collect();
+    parsed?.try_into().ok()
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    match numbers(text, 'x') {
+        Some([w, h]) if w > 0 && h > 0 => Ok((w, h)),
+        _ => Err("expected WIDTHxHEIGHT in pixels, for example 640x480".into()),
+    }
+}
+
+fn crop(text: &str) -> Result<Crop, String> {
+    match numbers(text, ',') {
+        Some([x, y, width, height]) if width > 0 && height > 0 => Ok(Crop { x, y, width, height }),
+        _ => Err("expected X,Y,WIDTH,HEIGHT in pixels, for example 10,20,64,64".into()),
+    }
+}
+
+fn sample_id(text: &str) -> Result<SampleId, String> {
+    match numbers(text, ',') {
+        Some([x, y, index]) => Ok(SampleId { x, y, index }),
+        None => Err("expected X,Y,SAMPLE, for example 10,20,0".into()),
+    }
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    text.parse().ok().filter(|v: &f32| v.is_finite()).ok_or_else(|| "expected a finite number".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_grammar_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn values_are_parsed_strictly() {
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        assert!(["", "640", "0x1", "1x0", "1x2x3", "-1x2", "1e3x2"].iter().all(|t| size(t).is_err()));
+        assert_eq!(crop("1,2,3,4"), Ok(Crop { x: 1, y: 2, width: 3, height: 4 }));
+        assert!(["1,2,3", "1,2,0,4", "a,2,3,4"].iter().all(|t| crop(t).is_err()));
+        assert_eq!(define("a=b=c"), Ok(("a".into(), "b=c".into())));
+        assert!(define("a").is_err() && define("=b").is_err());
+    }
+}

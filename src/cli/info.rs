@@ -1,0 +1,49 @@
+//! `snell info`: what a scene holds and needs.
+
+use super::args::SceneArgs;
+use super::prepare;
+use crate::error::Result;
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+/// Reads and compiles the scene, and prints what it found.
+pub(super) fn run(args: &SceneArgs) -> Result<()> {
+    let pool = prepare::pool(args.threads)?;
+    let p = prepare::prepare(args, &pool)?;
+    let (scene, f) = (&p.scene, p.scene.features);
+    let camera = &p.description.cameras[args.camera];
+    let crop = scene.film.crop;
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name:<12} {value}");
+    };
+    line("scene", args.scene.display().to_string());
+    line("film", format!("{}x{} pixels", scene.film.size.0, scene.film.size.1));
+    if (crop.width, crop.height) != scene.film.size {
+        line("crop", format!("{}x{} pixels from {},{}", crop.width, crop.height, crop.x, crop.y));
+    }
+    line("camera", format!("{} of {}", args.camera, p.description.cameras.len()));
+    line("samples", format!("{} per pixel, seed {}", camera.sampler.sample_count, camera.sampler.seed));
+    let i = &p.description.integrator;
+    let depth = i.max_depth.map_or("any depth".into(), |d| format!("depth at most {d}"));
+    line("integrator", format!("{:?}, {depth}, roulette from {}", i.kind, i.rr_depth).to_lowercase());
+    line("shapes", format!("{} with {} triangles, {} spheres", scene.shapes.len(), f.triangles, f.spheres));
+    line("materials", scene.materials.len().to_string());
+    line("lights", format!("{} on surfaces, {} at infinity", f.area_lights, f.infinite_lights));
+    let has = [("vertex normals", f.vertex_normals), ("delta lobes", f.delta_lobes), ("transmission", f.transmission)];
+    let (yes, no): (Vec<_>, Vec<_>) = has.iter().partition(|(_, has)| *has);
+    let names = |list: Vec<&(&str, bool)>| list.iter().map(|(n, _)| *n).collect::<Vec<_>>().join(", ");
+    line("has", names(yes));
+    line("has no", names(no));
+    let c = scene.centre;
+    line("space", format!("centre ({}, {}, {}), lengths × 2^{}", c.x, c.y, c.z, libm::log2(scene.unit)));
+    let mib = scene.accel.memory_bytes() as f64 / f64::from(1 << 20);
+    line("accelerator", format!("{}, {mib:.1} MiB, built in {:.3} s", scene.accel.name(), p.build.as_secs_f64()));
+    for warning in &p.warnings {
+        line("warning", warning.clone());
+    }
+    // Nobody may be reading.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+    Ok(())
+}

@@ -1,0 +1,21 @@
+//! Ctrl-C: the first asks the render to stop and write what it has, the second stops at once and leaves no file behind.
+
+use super::EXIT_INTERRUPTED;
+use crate::render::Progress;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// From now on, interrupts cancel `progress`; a second one removes `temporaries` and exits.
+pub(super) fn handle(progress: &Arc<Progress>, temporaries: Vec<PathBuf>) {
+    let progress = Arc::clone(progress);
+    // Where no handler can be installed, an interrupt just ends the program, as ever.
+    let _ = ctrlc::set_handler(move || {
+        if progress.is_cancelled() {
+            for path in &temporaries {
+                let _ = std::fs::remove_file(path);
+            }
+            std::process::exit(i32::from(EXIT_INTERRUPTED));
+        }
+        progress.cancel();
+    });
+}

@@ -1,0 +1,136 @@
+//! Exact sums of radiance: 128-bit fixed point, scaled to the scene's brightest light.
+//!
+//! With 2ᴱ above the largest radiance that any light of the scene emits, a sum counts in units of 2^(E − 64):
+//!
+//! - A sample is rounded once to that unit (to nearest, ties to even), before anything is added: a function of the
+//!   sample alone. f32 values of at least 2^(E − 41), that is 5·10⁻¹³ of the brightest light, are not rounded at all.
+//! - Every value below 2^(E + 31) fits, two billion times the brightest light, and 2³² of them can be added without
+//!   overflow (31 + 64 + 32 = 127 bits). A value that does not fit is refused, like one that is not finite, and counted.
+
+use crate::spectrum::Rgb;
+
+/// Bits below the scale's 2ᴱ.
+const FRACTION_BITS: i32 = 64;
+/// Bits that a value may have above the scale's 2ᴱ.
+const HEADROOM_BITS: i32 = 31;
+/// Bits of an f32 mantissa without the hidden one, and the bias of its exponent.
+const MANTISSA_BITS: i32 = 23;
+const EXPONENT_BIAS: i32 = 127;
+
+/// The exponent E of a film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scale {
+    exponent: i32,
+}
+
+impl Scale {
+    /// The scale for a scene whose brightest light emits `radiance` (in its largest channel); for a scene without light
+    /// any scale serves.
+    pub fn for_radiance(radiance: f32) -> Self {
+        if !(radiance > 0.0 && radiance.is_finite()) {
+            return Self { exponent: 0 };
+        }
+        // The smallest E with radiance < 2ᴱ.
+        Self { exponent: libm::frexpf(radiance).1 }
+    }
+
+    /// `value` in units of 2^(E − 64); `None` where it is not finite or does not fit.
+    #[inline]
+    fn quantize(self, value: f32) -> Option<i128> {
+        let bits = value.to_bits();
+        let biased = ((bits >> MANTISSA_BITS) & 0xff) as i32;
+        let fraction = bits & ((1 << MANTISSA_BITS) - 1);
+        // Denormals have the exponent of the smallest normal number and no hidden bit.
+        let (mantissa, exponent) = if biased == 0 {
+            (fraction, 1 - EXPONENT_BIAS)
+        } else {
+            (fraction | 1 << MANTISSA_BITS, biased - EXPONENT_BIAS)
+        };
+        if biased == 0xff || exponent >= self.exponent + HEADROOM_BITS {
+            return None;
+        }
+        let shift = exponent - MANTISSA_BITS - self.exponent + FRACTION_BITS;
+        let magnitude = if shift >= 0 { i128::from(mantissa) << shift } else { round_shift(mantissa, -shift) };
+        Some(if bits >> 31 == 1 { -magnitude } else { magnitude })
+    }
+}
+
+/// mantissa / 2^shift, to nearest, ties to even.
+fn round_shift(mantissa: u32, shift: i32) -> i128 {
+    if shift > MANTISSA_BITS + 2 {
+        return 0;
+    }
+    let (m, half) = (u64::from(mantissa), 1u64 << (shift - 1));
+    let (quotient, rest) = (m >> shift, m & ((1 << shift) - 1));
+    let up = rest > half || (rest == half && quotient & 1 == 1);
+    i128::from(quotient + u64::from(up))
+}
+
+/// An exact sum of colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExactRgb([i128; 3]);
+
+impl ExactRgb {
+    /// Adds a colour; refuses it whole, and says so, if a channel is not finite or does not fit.
+    #[inline]
+    #[must_use]
+    pub fn push(&mut self, value: Rgb, scale: Scale) -> bool {
+        let [r, g, b] = value.to_array().map(|v| scale.quantize(v));
+        let (Some(r), Some(g), Some(b)) = (r, g, b) else { return false };
+        self.add(&Self([r, g, b]));
+        true
+    }
+
+    /// Adds another sum of the same scale.
+    #[inline]
+    pub fn add(&mut self, other: &Self) {
+        for (s, o) in self.0.iter_mut().zip(other.0) {
+            // Cannot wrap below 2³² samples, which is more than a pixel's samples can be numbered.
+            *s = s.wrapping_add(o);
+        }
+    }
+
+    /// The sum, rounded once.
+    pub fn to_f64(&self, scale: Scale) -> [f64; 3] {
+        self.0.map(|s| libm::ldexp(s as f64, scale.exponent - FRACTION_BITS))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_come_back_exactly() {
+        for radiance in [1.0f32, 18.4, 1e30, 1e-30] {
+            let scale = Scale::for_radiance(radiance);
+            for factor in [1.0f32, -1.0, 0.3, 1e-10, 12345.678, 2e8] {
+                let v = radiance * factor;
+                let mut sum = ExactRgb::default();
+                assert!(sum.push(Rgb::splat(v), scale), "{v}");
+                assert_eq!(sum.to_f64(scale)[0], f64::from(v), "radiance {radiance}");
+            }
+        }
+    }
+
+    #[test]
+    fn values_that_do_not_fit_are_refused_whole() {
+        let scale = Scale::for_radiance(1.0);
+        let mut sum = ExactRgb::default();
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e13] {
+            assert!(!sum.push(Rgb::new(1.0, bad, 1.0), scale), "{bad}");
+        }
+        assert_eq!(sum, ExactRgb::default());
+    }
+
+    #[test]
+    fn small_values_round_to_nearest_even() {
+        let scale = Scale { exponent: 0 };
+        let unit = libm::ldexpf(1.0, -FRACTION_BITS);
+        for (v, expected) in [(0.5, 0), (0.50001, 1), (1.5, 2), (2.5, 2), (2.75, 3), (1e-30, 0), (-1.5, -2)] {
+            assert_eq!(scale.quantize(v * unit), Some(expected), "{v} units");
+        }
+        assert_eq!(scale.quantize(f32::from_bits(1)), Some(0));
+        assert_eq!(scale.quantize(-0.0), Some(0));
+    }
+}

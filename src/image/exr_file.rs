@@ -1,0 +1,91 @@
+//! OpenEXR: linear sRGB radiance with data window and metadata.
+
+use super::Picture;
+use super::output::WriteOptions;
+use super::{ComponentFormat, Crop};
+use exr::meta::attribute::Chromaticities;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
+    SmallVec, Text, Vec2, WritableImage, f16,
+};
+use std::fs::File;
+use std::io::BufWriter;
+
+/// What a file says of the render that made it. Every entry becomes an attribute of the EXR.
+#[derive(Clone, Debug, Default)]
+pub struct Metadata {
+    /// Numbers, for example `("snell.samples", 64.0)`.
+    pub numbers: Vec<(&'static str, f64)>,
+    /// Texts.
+    pub texts: Vec<(&'static str, String)>,
+}
+
+/// The picture and what the file says of it.
+pub(super) struct ExrOptions<'a> {
+    picture: &'a Picture,
+    full_size: (u32, u32),
+    crop: Crop,
+    format: ComponentFormat,
+    metadata: &'a Metadata,
+}
+
+impl<'a> ExrOptions<'a> {
+    pub(super) fn new(picture: &'a Picture, o: &'a WriteOptions) -> Self {
+        Self { picture, full_size: o.full_size, crop: o.crop, format: o.component_format, metadata: &o.metadata }
+    }
+}
+
+/// Writes channels R, G, B. Returns how many values overflowed half precision and were clamped.
+pub(super) fn write(to: &mut File, o: &ExrOptions<'_>) -> exr::error::Result<u64> {
+    let mut clamped = 0;
+    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = ["R", "G", "B"]
+        .into_iter()
+        .enumerate()
+        .map(|(i, name)| {
+            let values = o.picture.pixels().iter().map(|p| p.to_array()[i]);
+            let samples = match o.format {
+                ComponentFormat::Float => FlatSamples::F32(values.collect()),
+                ComponentFormat::Half => FlatSamples::F16(values.map(|v| to_half(v, &mut clamped)).collect()),
+            };
+            AnyChannel::new(name, samples)
+        })
+        .collect();
+    let mut attributes = LayerAttributes {
+        layer_position: Vec2(as_i32(o.crop.x), as_i32(o.crop.y)),
+        software_name: Some(Text::from(concat!("snell ", env!("CARGO_PKG_VERSION")))),
+        ..LayerAttributes::default()
+    };
+    let own = o.metadata.numbers.iter().map(|&(name, v)| (name, AttributeValue::F64(v)));
+    let own = own.chain(o.metadata.texts.iter().filter_map(|(name, v)| {
+        // A text that is no Latin-1 cannot be an attribute; the picture matters more.
+        Text::new_or_none(v).map(|t| (*name, AttributeValue::Text(t)))
+    }));
+    attributes.other.extend(own.map(|(name, v)| (Text::from(name), v)));
+    let size = Vec2(o.picture.width() as usize, o.picture.height() as usize);
+    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
+    let mut image = Image::from_layer(layer);
+    image.attributes.display_window =
+        IntegerBounds::new(Vec2(0, 0), Vec2(o.full_size.0 as usize, o.full_size.1 as usize));
+    image.attributes.chromaticities = Some(BT709);
+    image.write().non_parallel().to_buffered(BufWriter::new(to))?;
+    Ok(clamped)
+}
+
+/// The primaries and white point of ITU-R BT.709, which sRGB shares.
+const BT709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.30, 0.60),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.3290),
+};
+
+/// Film sizes are limited when the scene is read, far below this.
+fn as_i32(v: u32) -> i32 {
+    i32::try_from(v).unwrap_or(i32::MAX)
+}
+
+fn to_half(v: f32, clamped: &mut u64) -> f16 {
+    let c = v.clamp(f16::MIN.to_f32(), f16::MAX.to_f32());
+    *clamped += u64::from(c != v);
+    f16::from_f32(c)
+}

@@ -1,0 +1,41 @@
+//! The estimator that assumes nothing: every direction as likely as any other. Delta lobes, which such directions never
+//! meet, are sampled as themselves. The noisiest, and the hardest to get wrong.
+
+use super::Technique;
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::sampler::BsdfUniforms;
+use crate::sampling::pdf::SolidAnglePdf;
+use crate::sampling::warp;
+use glam::Vec3;
+
+pub(super) struct Naive;
+
+impl Technique for Naive {
+    const SAMPLES_LIGHTS: bool = false;
+
+    #[inline]
+    fn sample_bsdf(bsdf: &Bsdf, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        let lobes = bsdf.lobes();
+        if lobes.delta {
+            return bsdf.sample(wo, u);
+        }
+        let (wi, pdf) = if lobes.transmits {
+            (warp::square_to_uniform_sphere(u.direction), warp::square_to_uniform_sphere_pdf())
+        } else {
+            let wi = warp::square_to_uniform_hemisphere(u.direction);
+            (wi, warp::square_to_uniform_hemisphere_pdf(wi))
+        };
+        let weight = bsdf.eval(wo, wi) / pdf.0;
+        (!weight.is_black()).then_some(BsdfSample { wi, weight, pdf: Some(pdf), eta: 1.0 })
+    }
+
+    #[inline]
+    fn found_weight(_bsdf: SolidAnglePdf, _light: SolidAnglePdf) -> f32 {
+        1.0
+    }
+
+    #[inline]
+    fn sampled_weight(_light: SolidAnglePdf, _bsdf: SolidAnglePdf) -> f32 {
+        0.0
+    }
+}

@@ -1,0 +1,45 @@
+//! A path on its way: all that its next vertex needs to know.
+
+use crate::film::SampleId;
+use crate::math::ray::Ray;
+use crate::sampler::Stream;
+use crate::sampling::pdf::SolidAnglePdf;
+use crate::spectrum::Rgb;
+use glam::DVec3;
+
+/// How the current segment was sampled, as far as light at its end is concerned.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Segment {
+    /// From the camera, or by a delta lobe: no light could have been sampled instead.
+    Delta,
+    /// By a bsdf with a density, from a vertex that sampled lights too (if the technique does).
+    Smooth {
+        /// Density of the direction.
+        pdf: SolidAnglePdf,
+        /// The vertex.
+        from: DVec3,
+    },
+}
+
+/// One path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PathState {
+    /// The current segment.
+    pub(super) ray: Ray,
+    /// How it was sampled.
+    pub(super) segment: Segment,
+    /// Product of f·|cos|/pdf over the vertices so far.
+    pub(super) throughput: Rgb,
+    /// Light found so far, weighted.
+    pub(super) radiance: Rgb,
+    /// Product of η² over the refractions so far: what radiance, and so the throughput, was divided by.
+    pub(super) eta_squared: f32,
+    /// Vertices so far; the first hit makes it 1.
+    pub(super) depth: u32,
+    /// Which sample.
+    pub(super) id: SampleId,
+    /// Its uniform numbers.
+    pub(super) stream: Stream,
+    /// Whether it goes on.
+    pub(super) alive: bool,
+}

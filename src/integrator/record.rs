@@ -1,0 +1,69 @@
+//! Telling of a path while it is walked, for those who replay one sample.
+
+use crate::accel::Hit;
+use crate::math::ray::Ray;
+use crate::spectrum::Rgb;
+
+/// Something that happened to a path.
+#[derive(Clone, Copy, Debug)]
+pub enum Event {
+    /// A segment was traced: the `vertex`-th, counted from 1.
+    Traced {
+        /// Number of the vertex at its end.
+        vertex: u32,
+        /// The segment, in the compiled scene's space.
+        ray: Ray,
+        /// What it met.
+        hit: Hit,
+    },
+    /// Light was found at the end of the segment.
+    Found {
+        /// Weighted radiance, throughput included.
+        radiance: Rgb,
+        /// Multiple-importance weight.
+        weight: f32,
+    },
+    /// A light was sampled; whether it is visible is told by [`Event::Shadow`].
+    Sampled {
+        /// Weighted radiance if nothing is in the way, throughput included.
+        radiance: Rgb,
+        /// Multiple-importance weight.
+        weight: f32,
+    },
+    /// A sampled light was looked for.
+    Shadow {
+        /// Something is in the way.
+        occluded: bool,
+    },
+    /// The path goes on.
+    Scattered {
+        /// Throughput after the vertex, before roulette.
+        throughput: Rgb,
+        /// Probability of surviving roulette; 1 where there was none.
+        survival: f32,
+    },
+    /// The path ended.
+    Ended {
+        /// Why.
+        reason: &'static str,
+        /// Radiance of the whole sample.
+        radiance: Rgb,
+    },
+}
+
+/// Listens to a path. The unit type listens to nothing, and costs nothing.
+pub trait Record {
+    /// Something happened.
+    fn event(&mut self, event: Event);
+}
+
+impl Record for () {
+    #[inline(always)]
+    fn event(&mut self, _: Event) {}
+}
+
+impl<F: FnMut(Event)> Record for F {
+    fn event(&mut self, event: Event) {
+        self(event);
+    }
+}

@@ -1,0 +1,26 @@
+//! What tells estimators apart: how a path vertex samples directions, and how much each way of finding a light counts.
+
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::sampler::BsdfUniforms;
+use crate::sampling::pdf::SolidAnglePdf;
+use glam::Vec3;
+
+/// A way to estimate the light at path vertices. Delta lobes and infinitesimal lights leave only one way each, which
+/// every technique takes.
+pub trait Technique {
+    /// Whether vertices sample lights.
+    const SAMPLES_LIGHTS: bool;
+
+    /// How the path goes on; `None` where it ends.
+    #[inline]
+    fn sample_bsdf(bsdf: &Bsdf, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        bsdf.sample(wo, u)
+    }
+
+    /// Weight of light that a path ran into by a direction of density `bsdf`, which light sampling finds with density
+    /// `light`.
+    fn found_weight(bsdf: SolidAnglePdf, light: SolidAnglePdf) -> f32;
+
+    /// Weight of light that was sampled with density `light`, in a direction that the bsdf finds with density `bsdf`.
+    fn sampled_weight(light: SolidAnglePdf, bsdf: SolidAnglePdf) -> f32;
+}

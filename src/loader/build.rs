@@ -1,0 +1,183 @@
+//! A [`Document`] to a [`SceneDescription`]: what is used is interpreted by its plugin, the rest is left alone.
+
+use super::LoadOptions;
+use super::document::{Category, Document, ObjectId};
+use super::params::Params;
+use super::plugins;
+use super::source::Loc;
+use super::xml::MAX_NESTING;
+use crate::description::{Bsdf, BsdfId, BsdfKind, Integrator, Light, SceneDescription, Shape};
+use crate::error::Result;
+use crate::spectrum::Rgb;
+use std::collections::{HashMap, HashSet};
+
+/// The reflectance of a shape that has no bsdf.
+const DEFAULT_REFLECTANCE: f32 = 0.5;
+
+/// Interprets a document.
+pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneDescription> {
+    let mut b = Builder {
+        document,
+        lenient: options.lenient,
+        warnings: document.warnings.clone(),
+        bsdfs: Vec::new(),
+        bsdf_ids: HashMap::new(),
+        default_bsdfs: [None; 2],
+        depth: 0,
+        attached: HashSet::new(),
+        meshes: HashMap::new(),
+    };
+    let root = Params::new(document, 0);
+    let integrator = match root.child(Category::Integrator)? {
+        Some((id, _)) => plugins::integrator::integrator(&mut b, id)?,
+        None => Integrator::default(),
+    };
+    let mut cameras = Vec::new();
+    for (id, _) in b.distinct(&root, Category::Sensor)? {
+        cameras.push(plugins::sensor::sensor(&mut b, id)?);
+    }
+    let mut shapes: Vec<Shape> = Vec::new();
+    for (id, _) in b.distinct(&root, Category::Shape)? {
+        shapes.push(plugins::shape::shape(&mut b, id)?);
+    }
+    let lights = b.lights(&root)?;
+    b.check_unused(&root)?;
+    if cameras.is_empty() {
+        let message = "the scene has no sensor; add a <sensor type=\"perspective\">";
+        return Err(document.sources.error(root.object.at, message));
+    }
+    root.finish(&mut b)?;
+    let Builder { bsdfs, warnings, .. } = b;
+    Ok(SceneDescription { integrator, cameras, bsdfs, shapes, lights, warnings })
+}
+
+/// What plugins share while a scene is built.
+pub(crate) struct Builder<'d> {
+    pub(crate) document: &'d Document,
+    lenient: bool,
+    pub(crate) warnings: Vec<String>,
+    bsdfs: Vec<Bsdf>,
+    bsdf_ids: HashMap<ObjectId, BsdfId>,
+    /// Of shapes without a bsdf: reflecting, black.
+    default_bsdfs: [Option<BsdfId>; 2],
+    depth: usize,
+    /// Emitters that belong to a shape.
+    attached: HashSet<ObjectId>,
+    pub(crate) meshes: HashMap<plugins::shape::MeshKey, plugins::shape::LoadedMesh>,
+}
+
+impl<'d> Builder<'d> {
+    /// An error, or a warning for who is lenient.
+    pub(crate) fn complain(&mut self, at: Loc, message: impl Into<String>) -> Result<()> {
+        let error = self.document.sources.error(at, message);
+        if !self.lenient {
+            return Err(error);
+        }
+        self.warnings.push(error.to_string());
+        Ok(())
+    }
+
+    /// Something unsupported that `instead` is near to: an error, or a warning for who is lenient.
+    pub(crate) fn approximate(&mut self, at: Loc, what: &str, hint: &str, instead: &str) -> Result<()> {
+        let error = self.document.sources.unsupported(at, what, hint);
+        if !self.lenient {
+            return Err(error);
+        }
+        self.warnings.push(format!("{error}; {instead} instead"));
+        Ok(())
+    }
+
+    /// Something worth knowing that is not wrong.
+    pub(crate) fn warn(&mut self, at: Loc, message: &str) {
+        self.warnings.push(format!("{}: {message}", self.document.sources.span(at)));
+    }
+
+    /// The bsdf of an object, made when it is first asked for.
+    pub(crate) fn bsdf(&mut self, id: ObjectId) -> Result<BsdfId> {
+        if let Some(bsdf) = self.bsdf_ids.get(&id) {
+            return Ok(*bsdf);
+        }
+        let params = Params::new(self.document, id);
+        if self.depth >= MAX_NESTING {
+            let message = format!("bsdfs are nested more than {MAX_NESTING} deep");
+            return Err(self.document.sources.error(params.object.at, message));
+        }
+        self.depth += 1;
+        let kind = plugins::find(self.document, id, plugins::bsdf::BSDFS)?(self, &params)?;
+        self.depth -= 1;
+        let made = self.add_bsdf(Bsdf { at: params.span(), name: params.object.id.clone(), kind });
+        params.finish(self)?;
+        self.bsdf_ids.insert(id, made);
+        Ok(made)
+    }
+
+    /// The kind of a bsdf that is made already.
+    pub(crate) fn bsdf_kind(&self, id: BsdfId) -> &BsdfKind {
+        &self.bsdfs[id.0].kind
+    }
+
+    /// What a shape without a bsdf has: grey, or black if it is a light.
+    pub(crate) fn default_bsdf(&mut self, shape: &Params<'_>, is_light: bool) -> BsdfId {
+        if let Some(id) = self.default_bsdfs[usize::from(is_light)] {
+            return id;
+        }
+        let reflectance = Rgb::splat(if is_light { 0.0 } else { DEFAULT_REFLECTANCE });
+        let kind = BsdfKind::Diffuse { reflectance };
+        let id = self.add_bsdf(Bsdf { at: shape.span(), name: String::new(), kind });
+        self.default_bsdfs[usize::from(is_light)] = Some(id);
+        id
+    }
+
+    fn add_bsdf(&mut self, bsdf: Bsdf) -> BsdfId {
+        self.bsdfs.push(bsdf);
+        BsdfId(self.bsdfs.len() - 1)
+    }
+
+    /// Notes that an emitter belongs to a shape, which it can do once.
+    pub(crate) fn attach(&mut self, emitter: ObjectId, at: Loc) -> Result<()> {
+        if self.attached.insert(emitter) {
+            return Ok(());
+        }
+        Err(self.document.sources.error(at, "an emitter can belong to one shape only"))
+    }
+
+    /// Children of the scene, none of them twice.
+    fn distinct(&self, root: &Params<'d>, category: Category) -> Result<Vec<(ObjectId, Loc)>> {
+        let children = root.children(category);
+        let mut seen = HashSet::new();
+        match children.iter().find(|(id, _)| !seen.insert(*id)) {
+            None => Ok(children),
+            Some((_, at)) => {
+                let what = format!("a second use of the same {}", category.tag());
+                Err(self.document.sources.unsupported(*at, what, "; write it twice"))
+            }
+        }
+    }
+
+    fn lights(&mut self, root: &Params<'d>) -> Result<Vec<Light>> {
+        let mut lights: Vec<Light> = Vec::new();
+        for (id, at) in self.distinct(root, Category::Emitter)? {
+            // An area light among the scene's own children is there to be referred to.
+            if self.document.objects[id].plugin == "area" {
+                continue;
+            }
+            if !lights.is_empty() {
+                return Err(self.document.sources.error(at, "a scene can have only one environment emitter"));
+            }
+            lights.push(plugins::emitter::light(self, id)?);
+        }
+        Ok(lights)
+    }
+
+    /// Objects that nothing uses are not interpreted, but their plugins must exist.
+    fn check_unused(&self, root: &Params<'d>) -> Result<()> {
+        use Category::{Bsdf, Film, Medium, Phase, Rfilter, Sampler, Texture, Volume};
+        for category in [Bsdf, Texture, Film, Sampler, Rfilter, Medium, Phase, Volume] {
+            root.children(category);
+        }
+        for id in 1..self.document.objects.len() {
+            plugins::check_known(self.document, id)?;
+        }
+        Ok(())
+    }
+}

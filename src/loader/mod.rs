@@ -1,0 +1,45 @@
+//! Reads scene files: Mitsuba 3 XML with OBJ and PLY meshes in, [`SceneDescription`] out.
+//!
+//! ```text
+//! text ─xml─▶ Document (objects, typed parameters, places) ─build + plugins─▶ SceneDescription
+//!                                                             └─obj, ply─▶ Mesh
+//! ```
+//!
+//! The grammar, the names, defaults and units are those of Mitsuba 3.9. It is strict: what is not understood is an error
+//! that names its place and what was expected, unless [`LoadOptions::lenient`] makes it a warning. A new plugin is one
+//! more function in [`plugins`] and one more line in the table beside it.
+
+mod build;
+mod conductors;
+mod dielectrics;
+mod document;
+mod normals;
+mod obj;
+mod params;
+mod plugins;
+mod ply;
+mod source;
+mod substitute;
+mod suggest;
+mod transform;
+mod values;
+mod xml;
+
+use crate::description::SceneDescription;
+use crate::error::Result;
+use std::path::Path;
+
+/// How to read a scene file.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Values for the `$name` parameters of the file, before its `<default>`s; each must be used.
+    pub defines: Vec<(String, String)>,
+    /// Whether unknown parameters and attributes, and unsupported values that have a near supported one, are warnings.
+    pub lenient: bool,
+}
+
+/// Reads a Mitsuba 3 XML scene and the meshes it uses.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescription> {
+    let document = xml::read(path, options)?;
+    build::build(&document, options)
+}

@@ -1,0 +1,259 @@
+//! Wavefront OBJ meshes, parsed by `tobj`.
+//!
+//! tobj makes one mesh of each group and material, counts vertices apart in each, and tells no lines. So it is fed only
+//! the statements that matter (`v`, `vn`, `vt`, `f`), which makes one mesh with a vertex for every combination of
+//! position, texture coordinate and normal, as in Mitsuba; and where it fails, the file is read once more to find the
+//! line.
+
+use super::source::{MAX_DATA_BYTES, read_bytes};
+use crate::description::Mesh;
+use crate::error::{Error, Position, Result, Span};
+use glam::DVec3;
+use std::path::Path;
+
+/// Reads a mesh; its normals are as many as its positions, none, or, where only some vertices have one, fewer.
+pub(crate) fn read(path: &Path) -> Result<Mesh> {
+    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
+    parse(&bytes).map_err(|(line, message)| {
+        let position = line.map_or(Position::Whole, |line| Position::Line(u32::try_from(line).unwrap_or(u32::MAX)));
+        Error::scene(&Span { file: path.into(), position }, message)
+    })
+}
+
+/// A 1-based line, where known, and what is wrong there.
+type Fault = (Option<usize>, String);
+
+const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
+    single_index: true,
+    triangulate: true,
+    // Neither occurs after the filter.
+    ignore_points: true,
+    ignore_lines: true,
+};
+
+fn parse(bytes: &[u8]) -> std::result::Result<Mesh, Fault> {
+    let filtered = filter(bytes)?;
+    let no_materials = |_: &Path| Err(tobj::LoadError::GenericFailure);
+    let loaded = tobj::load_obj_buf(&mut filtered.as_slice(), &OPTIONS, no_materials);
+    let fault = |otherwise: String| find_fault(bytes).unwrap_or((None, otherwise));
+    let (mut models, _) = loaded.map_err(|e| fault(e.to_string()))?;
+    let Some(model) = models.pop().filter(|m| models.is_empty() && !m.mesh.indices.is_empty()) else {
+        return Err((None, "the mesh has no faces".into()));
+    };
+    drop(filtered);
+    let vectors = |flat: &[f64]| -> Vec<DVec3> { flat.chunks_exact(3).map(DVec3::from_slice).collect() };
+    let mesh = Mesh {
+        positions: vectors(&model.mesh.positions),
+        normals: vectors(&model.mesh.normals),
+        faces: model.mesh.indices.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect(),
+    };
+    if mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite()) {
+        Ok(mesh)
+    } else {
+        Err(fault("a coordinate is not a finite number".into()))
+    }
+}
+
+/// The statements that matter, one a line.
+fn filter(bytes: &[u8]) -> std::result::Result<Vec<u8>, Fault> {
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut lines = Lines::new(bytes);
+    while let Some((line, statement)) = lines.next_statement() {
+        let mut words = words(&statement);
+        let (keyword, most) = match words.next() {
+            // What follows the three coordinates (a weight, a colour) means nothing to us.
+            Some(keyword @ (b"v" | b"vn")) => (keyword, 3),
+            Some(b"vt") => {
+                // Only their number is needed.
+                out.extend_from_slice(b"vt 0 0\n");
+                continue;
+            }
+            Some(keyword @ b"f") => (keyword, usize::MAX),
+            _ => continue,
+        };
+        out.extend_from_slice(keyword);
+        let mut count = 0;
+        for word in words.take(most).take_while(|word| !word.starts_with(b"#")) {
+            out.push(b' ');
+            out.extend_from_slice(word);
+            count += 1;
+        }
+        out.push(b'\n');
+        if count < 3 {
+            let what = if keyword == b"f" { "a face needs at least three vertices" } else { "expected three numbers" };
+            return Err((Some(line), format!("{what}, not {count}")));
+        }
+    }
+    Ok(out)
+}
+
+/// The first line that is wrong.
+fn find_fault(bytes: &[u8]) -> Option<Fault> {
+    let mut totals = [0_i64; 3];
+    let mut lines = Lines::new(bytes);
+    while let Some((_, statement)) = lines.next_statement() {
+        if let Some(kind) = words(&statement).next().and_then(list_of) {
+            totals[kind] += 1;
+        }
+    }
+    let mut so_far = [0_i64; 3];
+    let mut lines = Lines::new(bytes);
+    while let Some((line, statement)) = lines.next_statement() {
+        let mut words = words(&statement).map(String::from_utf8_lossy);
+        let keyword = words.next()?;
+        let fault = match (list_of(keyword.as_bytes()), &*keyword) {
+            (Some(kind), _) => {
+                so_far[kind] += 1;
+                if kind == TEXTURE_COORDINATE { None } else { words.take(3).find_map(|word| number_fault(&word)) }
+            }
+            (None, "f") => words.find_map(|word| corner_fault(&word, so_far, totals)),
+            _ => None,
+        };
+        if let Some(message) = fault {
+            return Some((Some(line), message));
+        }
+    }
+    None
+}
+
+/// Place of texture coordinates among the three indices of a corner.
+const TEXTURE_COORDINATE: usize = 1;
+
+/// Which of the three indices of a corner counts the statements of this keyword.
+fn list_of(keyword: &[u8]) -> Option<usize> {
+    [b"v".as_slice(), b"vt", b"vn"].iter().position(|k| *k == keyword)
+}
+
+fn number_fault(word: &str) -> Option<String> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() => None,
+        Ok(_) => Some(format!("'{word}' is not a finite number")),
+        Err(_) => Some(format!("'{word}' is not a number")),
+    }
+}
+
+fn corner_fault(word: &str, so_far: [i64; 3], totals: [i64; 3]) -> Option<String> {
+    let parts: Vec<&str> = word.split('/').collect();
+    if parts.len() > 3 || parts[0].is_empty() {
+        return Some(format!("'{word}' is not of the form v, v/vt, v//vn or v/vt/vn"));
+    }
+    const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+    for (kind, part) in parts.into_iter().enumerate().filter(|(_, part)| !part.is_empty()) {
+        let Ok(index) = part.parse::<i64>() else {
+            return Some(format!("'{part}' is not an index"));
+        };
+        let fits = if index < 0 { -index <= so_far[kind] } else { index >= 1 && index <= totals[kind] };
+        if !fits {
+            let (name, total) = (NAMES[kind], totals[kind]);
+            return Some(format!("the {name} index {index} is out of range; the file has {total}"));
+        }
+    }
+    None
+}
+
+fn words(statement: &[u8]) -> impl Iterator<Item = &[u8]> {
+    statement.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+/// The lines of a file; a backslash at the end of one joins the next to it.
+struct Lines<'a> {
+    rest: Option<&'a [u8]>,
+    line: usize,
+}
+
+impl<'a> Lines<'a> {
+    fn new(bytes: &'a [u8]) -> Self {
+        Self { rest: Some(bytes), line: 0 }
+    }
+
+    fn next_line(&mut self) -> Option<&'a [u8]> {
+        let rest = self.rest.filter(|rest| !rest.is_empty())?;
+        self.line += 1;
+        let end = rest.iter().position(|&b| b == b'\n');
+        self.rest = end.map(|end| &rest[end + 1..]);
+        Some(rest[..end.unwrap_or(rest.len())].trim_ascii())
+    }
+
+    /// The next line that is not empty, and its number.
+    fn next_statement(&mut self) -> Option<(usize, std::borrow::Cow<'a, [u8]>)> {
+        loop {
+            let first = self.next_line()?;
+            let line = self.line;
+            let Some(start) = first.strip_suffix(b"\\") else {
+                if first.is_empty() {
+                    continue;
+                }
+                return Some((line, first.into()));
+            };
+            let mut joined = start.to_vec();
+            while let Some(next) = self.next_line() {
+                joined.push(b' ');
+                let more = next.strip_suffix(b"\\");
+                joined.extend_from_slice(more.unwrap_or(next));
+                if more.is_none() {
+                    break;
+                }
+            }
+            return Some((line, joined.into()));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fault(text: &str) -> Fault {
+        parse(text.as_bytes()).unwrap_err()
+    }
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    #[test]
+    fn polygons_are_fans_and_groups_one_mesh() {
+        let text = b"# \xe9\no a\nv 0 0 0\nv 1 0 0 1 0.5 0.5 0.5\nv 2 1 0\nv 1 2 0\nv 0 1 0\ng x\nf 1 2 3 4 \\\n 5\ng y\nf -5 -4 -3 # c\n";
+        let mesh = parse(text).unwrap();
+        assert_eq!(mesh.positions.len(), 5);
+        assert_eq!(mesh.faces, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 1, 2]]);
+        assert!(mesh.normals.is_empty());
+    }
+
+    #[test]
+    fn a_vertex_is_a_combination_of_indices() {
+        let text = format!("{SQUARE}vt 0 0\nvt 1 1\nvn 0 0 2\nf 1/1/1 2/1/1 3/1/1\nf 1/2/1 3/1/1 4/1/1\n");
+        let mesh = parse(text.as_bytes()).unwrap();
+        assert_eq!(mesh.positions.len(), 5);
+        assert_eq!(mesh.normals, [DVec3::Z * 2.0; 5]);
+    }
+
+    #[test]
+    fn equal_positions_stay_apart() {
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0.3\nv 0 0 0\nv 1 1 0.3\nv 0 1 0\nf 1 2 3\nf 4 5 6\n";
+        assert_eq!(parse(text.as_bytes()).unwrap().positions.len(), 6);
+    }
+
+    #[test]
+    fn numbers_are_double_precision() {
+        let mesh = parse(b"v 1000000.0001 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").unwrap();
+        assert_eq!(mesh.positions[0].x, 1000000.0001);
+    }
+
+    #[test]
+    fn faults_name_their_line() {
+        assert_eq!(fault("v 0 0 nan\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").0, Some(1));
+        assert_eq!(fault("v 0 0 0\nv 1 0 1e999\nv 1 1 0\nf 1 2 3\n").0, Some(2));
+        assert_eq!(
+            fault(&format!("{SQUARE}f 1 2 5\n")),
+            (Some(5), "the vertex index 5 is out of range; the file has 4".into())
+        );
+        assert_eq!(fault(&format!("{SQUARE}f 1 2 -5\n")).0, Some(5));
+        assert_eq!(fault(&format!("{SQUARE}\n\nf 0 1 2\n")).0, Some(7));
+        assert_eq!(fault(&format!("{SQUARE}f 1 2\n")), (Some(5), "a face needs at least three vertices, not 2".into()));
+        assert_eq!(fault(&format!("{SQUARE}f 1//7 2 3\nvn 0 0 1\n")).0, Some(5));
+        assert_eq!(fault("v 1 2\n"), (Some(1), "expected three numbers, not 2".into()));
+        assert_eq!(fault("v 1 2 x\nv 1 0 0\nv 1 1 0\nf 1 2 3").0, Some(1));
+        assert_eq!(fault(""), (None, "the mesh has no faces".into()));
+        assert_eq!(fault(SQUARE).0, None);
+        assert_eq!(fault(&format!("{SQUARE}f 1/1/1/1 2 3\n")).0, Some(5));
+    }
+}

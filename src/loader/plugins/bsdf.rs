@@ -1,0 +1,152 @@
+//! Bsdfs.
+
+use super::colour::colour;
+use crate::description::{BsdfId, BsdfKind};
+use crate::error::Result;
+use crate::loader::build::Builder;
+use crate::loader::conductors::{conductor, conductor_names};
+use crate::loader::dielectrics::{dielectric_ior, dielectric_names};
+use crate::loader::document::{Category, Value};
+use crate::loader::params::Params;
+use crate::loader::suggest::suggestion;
+use crate::spectrum::{Rgb, SpectrumRole};
+
+type BsdfFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<BsdfKind>;
+
+/// The supported bsdf plugins.
+pub(crate) const BSDFS: &[(&str, BsdfFn)] =
+    &[("dielectric", dielectric), ("diffuse", diffuse), ("roughconductor", rough_conductor), ("twosided", twosided)];
+
+/// Reflectance of `diffuse` unless given.
+const DEFAULT_REFLECTANCE: f32 = 0.5;
+
+/// Roughness α unless given.
+const DEFAULT_ALPHA: f64 = 0.1;
+
+/// Smallest roughness α. Mitsuba's number: the distribution is not evaluated for smoother surfaces.
+const MIN_ALPHA: f64 = 1e-4;
+
+/// Relative difference up to which two roughnesses are the same.
+const ALPHA_TOLERANCE: f64 = 1e-6;
+
+fn diffuse(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let reflectance = reflectance(b, p, "reflectance")?.unwrap_or(Rgb::splat(DEFAULT_REFLECTANCE));
+    Ok(BsdfKind::Diffuse { reflectance })
+}
+
+fn rough_conductor(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    if p.choice("distribution", &["beckmann", "ggx"])? != "ggx" {
+        let hint = "; write <string name=\"distribution\" value=\"ggx\"/> ('beckmann' is Mitsuba's default)";
+        b.approximate(p.at("distribution"), "the microfacet distribution 'beckmann'", hint, "'ggx'")?;
+    }
+    // How normals are sampled changes the noise, not the picture.
+    p.boolean("sample_visible", true)?;
+    let (eta, k) = complex_ior(b, p)?;
+    let specular_reflectance = reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE);
+    Ok(BsdfKind::RoughConductor { alpha: alpha(b, p)?, eta, k, specular_reflectance })
+}
+
+fn alpha(b: &mut Builder<'_>, p: &Params<'_>) -> Result<f64> {
+    let given = (roughness(b, p, "alpha")?, roughness(b, p, "alpha_u")?, roughness(b, p, "alpha_v")?);
+    let alpha = match given {
+        (alpha, None, None) => alpha.unwrap_or(DEFAULT_ALPHA),
+        (None, Some(u), Some(v)) => {
+            if (u - v).abs() > ALPHA_TOLERANCE * u.max(v) {
+                let mean = (u * v).sqrt();
+                let instead = format!("the roughness {mean}");
+                b.approximate(p.at("alpha_v"), "anisotropy (alpha_u other than alpha_v)", "", &instead)?;
+                mean
+            } else {
+                u
+            }
+        }
+        (Some(_), ..) => return Err(p.error("alpha", "'alpha' excludes 'alpha_u' and 'alpha_v'")),
+        (None, Some(_), None) => return Err(p.error("alpha_u", "'alpha_u' needs 'alpha_v'")),
+        (None, None, Some(_)) => return Err(p.error("alpha_v", "'alpha_v' needs 'alpha_u'")),
+    };
+    Ok(alpha.max(MIN_ALPHA))
+}
+
+fn roughness(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<Option<f64>> {
+    let is_texture = p.find(name).is_some_and(|param| matches!(param.value, Value::Child(_)));
+    if is_texture {
+        b.approximate(p.at(name), "a texture as roughness", "; write a <float>", "the default roughness")?;
+        return Ok(Some(DEFAULT_ALPHA));
+    }
+    let value = p.float(name)?;
+    if value.is_some_and(|v| v < 0.0) {
+        return Err(p.error(name, format!("'{name}' must not be negative")));
+    }
+    Ok(value)
+}
+
+fn complex_ior(b: &mut Builder<'_>, p: &Params<'_>) -> Result<(Rgb, Rgb)> {
+    let eta = colour(b, p, "eta", SpectrumRole::Index)?;
+    let k = colour(b, p, "k", SpectrumRole::Index)?;
+    let material = p.text("material")?;
+    if material.is_some() && (eta.is_some() || k.is_some()) {
+        return Err(p.error("material", "'material' excludes 'eta' and 'k'"));
+    }
+    let name = material.unwrap_or("none");
+    let Some((preset_eta, preset_k)) = conductor(name) else {
+        let hint = suggestion(name, conductor_names());
+        return Err(p.error("material", format!("unknown material '{name}'{hint}")));
+    };
+    let rgb = |[r, g, b]: [f32; 3]| Rgb::new(r, g, b);
+    Ok((eta.unwrap_or(rgb(preset_eta)), k.unwrap_or(rgb(preset_k))))
+}
+
+fn dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    Ok(BsdfKind::Dielectric {
+        int_ior: ior(p, "int_ior", "bk7")?,
+        ext_ior: ior(p, "ext_ior", "air")?,
+        specular_reflectance: reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE),
+        specular_transmittance: reflectance(b, p, "specular_transmittance")?.unwrap_or(Rgb::WHITE),
+    })
+}
+
+fn ior(p: &Params<'_>, name: &'static str, default: &str) -> Result<f64> {
+    let is_text = p.find(name).is_none_or(|param| matches!(param.value, Value::Text(_)));
+    if !is_text {
+        return p.positive(name, 1.0);
+    }
+    let material = p.text(name)?.unwrap_or(default);
+    dielectric_ior(material).ok_or_else(|| {
+        let hint = suggestion(&material.to_lowercase(), dielectric_names());
+        p.error(name, format!("unknown dielectric '{material}'{hint}"))
+    })
+}
+
+fn twosided(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let children = p.children(Category::Bsdf);
+    let at = |i: usize| children.get(i).map_or(p.object.at, |child| child.1);
+    if children.len() > 2 {
+        return Err(b.document.sources.error(at(2), "twosided takes at most two bsdfs"));
+    }
+    let mut sides = Vec::new();
+    for (id, at) in &children {
+        let made = b.bsdf(*id)?;
+        sides.push(match b.bsdf_kind(made) {
+            // Each side is seen as a front: of a two-sided one inside only the front can be seen.
+            BsdfKind::TwoSided { front, .. } => *front,
+            BsdfKind::Dielectric { .. } => {
+                return Err(b.document.sources.error(*at, "twosided takes only bsdfs that do not transmit"));
+            }
+            BsdfKind::Diffuse { .. } | BsdfKind::RoughConductor { .. } => made,
+        });
+    }
+    let front: Option<&BsdfId> = sides.first();
+    let Some(&front) = front else {
+        return Err(b.document.sources.error(p.object.at, "twosided needs a bsdf inside"));
+    };
+    Ok(BsdfKind::TwoSided { front, back: sides.get(1).copied().unwrap_or(front) })
+}
+
+/// A reflectance; one above 1 makes light from nothing, which Mitsuba lets pass, too.
+fn reflectance(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<Option<Rgb>> {
+    let value = colour(b, p, name, SpectrumRole::Reflectance)?;
+    if value.is_some_and(|v| v.max_component() > 1.0) {
+        b.warn(p.at(name), &format!("'{name}' is larger than 1: the surface creates energy"));
+    }
+    Ok(value)
+}

@@ -1,0 +1,186 @@
+//! Shapes.
+
+use super::emitter::emission;
+use super::find;
+use crate::description::{Geometry, Mesh, Shape};
+use crate::error::{Error, Result};
+use crate::loader::build::Builder;
+use crate::loader::document::{Category, ObjectId};
+use crate::loader::params::Params;
+use crate::loader::{normals, obj, ply};
+use glam::{DAffine3, DMat3, DVec3};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+type ShapeFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Made>;
+
+/// The supported shape plugins.
+const SHAPES: &[(&str, ShapeFn)] =
+    &[("obj", obj_mesh), ("ply", ply_mesh), ("rectangle", rectangle), ("sphere", sphere)];
+
+/// Largest relative difference between the scales of the axes at which a sphere is still a sphere.
+const SPHERE_TOLERANCE: f64 = 1e-3;
+
+/// The part of a shape that its plugin makes.
+struct Made {
+    geometry: Geometry,
+    to_world: DAffine3,
+    flip: bool,
+    /// The mesh file, if there is one.
+    file: Option<String>,
+}
+
+/// What meshes must agree in to be read once.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct MeshKey {
+    path: PathBuf,
+    is_ply: bool,
+    face_normals: bool,
+    /// Bits of the linear part of the transformation where the computed normals depend on it.
+    linear: Option<[u64; 9]>,
+}
+
+/// A shape of the scene.
+pub(crate) fn shape(b: &mut Builder<'_>, id: ObjectId) -> Result<Shape> {
+    let p = Params::new(b.document, id);
+    let make = find(b.document, id, SHAPES)?;
+    let emission = match p.child(Category::Emitter)? {
+        Some((emitter, at)) => Some(emission(b, emitter, at)?),
+        None => None,
+    };
+    let bsdf = match p.child(Category::Bsdf)? {
+        Some((bsdf, _)) => b.bsdf(bsdf)?,
+        None => b.default_bsdf(&p, emission.is_some()),
+    };
+    let flip_normals = p.boolean("flip_normals", false)?;
+    // Every shape of Mitsuba has these; they do nothing for those that are not meshes.
+    p.accept(&["face_normals", "silhouette_sampling_weight"]);
+    let made = make(b, &p)?;
+    let file_name = made.file.as_deref().and_then(|f| Path::new(f).file_name()).map(|f| f.to_string_lossy().into());
+    let name = match &p.object.id {
+        id if !id.is_empty() => id.clone(),
+        _ => file_name.unwrap_or_else(|| p.object.plugin.clone()),
+    };
+    let flip_normals = flip_normals != made.flip;
+    let shape =
+        Shape { at: p.span(), name, geometry: made.geometry, to_world: made.to_world, flip_normals, bsdf, emission };
+    p.finish(b)?;
+    Ok(shape)
+}
+
+fn to_world(p: &Params<'_>) -> Result<DAffine3> {
+    let m = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    let determinant = m.matrix3.determinant();
+    if determinant == 0.0 || !determinant.is_finite() || !m.inverse().is_finite() {
+        return Err(p.error("to_world", "the transformation of a shape must be invertible"));
+    }
+    Ok(m)
+}
+
+/// The normal of a mirrored rectangle is what the inverse transpose makes of +z; as the mirror image in x is the same
+/// rectangle, it can be had without mirroring.
+fn rectangle(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
+    let m = to_world(p)?;
+    let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let to_world = if m.matrix3.determinant() < 0.0 { m * mirror } else { m };
+    p.accept(&["flip_tex_coords"]);
+    Ok(Made { geometry: Geometry::Rectangle, to_world, flip: false, file: None })
+}
+
+/// A sphere is brought to world space here: all that a transformation can do to it is to move, to scale, and, if it
+/// mirrors, to turn it inside out.
+fn sphere(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
+    let centre = p.vector("center")?.unwrap_or(DVec3::ZERO);
+    let radius = p.float("radius")?.unwrap_or(1.0);
+    let m = to_world(p)?;
+    let linear = m.matrix3;
+    let Some(scale) = uniform_scale(linear, SPHERE_TOLERANCE) else {
+        return Err(p.error("to_world", "the transformation of a sphere must scale all axes alike and not shear"));
+    };
+    let radius = radius * scale * linear.determinant().signum();
+    let centre = m.transform_point3(centre);
+    if radius == 0.0 || !radius.is_finite() || !centre.is_finite() {
+        return Err(p.error("radius", "the radius of a sphere must be neither zero nor infinite"));
+    }
+    let geometry = Geometry::Sphere { centre, radius: radius.abs() };
+    Ok(Made { geometry, to_world: DAffine3::IDENTITY, flip: radius < 0.0, file: None })
+}
+
+/// The factor by which a matrix scales every vector, if there is one.
+fn uniform_scale(m: DMat3, tolerance: f64) -> Option<f64> {
+    // The cube root of the volume, and what is left when it is divided out.
+    let scale = libm::cbrt(m.determinant().abs());
+    let rigid = m * (1.0 / scale);
+    (rigid.transpose() * rigid).abs_diff_eq(DMat3::IDENTITY, tolerance).then_some(scale)
+}
+
+fn obj_mesh(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
+    mesh(b, p, false)
+}
+
+fn ply_mesh(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
+    mesh(b, p, true)
+}
+
+fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
+    let file = p.required_text("filename")?;
+    let face_normals = p.boolean("face_normals", false)?;
+    // No texture coordinates are kept yet.
+    p.boolean("flip_tex_coords", true)?;
+    let to_world = to_world(p)?;
+    let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;
+    let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
+    let linear = normals::frame(to_world.matrix3);
+    // A mesh that needs no normals of its own computing is the same in every frame, but that shows only once it is read.
+    let key = |linear: DMat3| MeshKey {
+        path: canonical.clone(),
+        is_ply,
+        face_normals,
+        linear: (linear != DMat3::IDENTITY && !face_normals).then(|| linear.to_cols_array().map(f64::to_bits)),
+    };
+    let own = b.meshes.get(&key(linear)).or_else(|| b.meshes.get(&key(DMat3::IDENTITY)).filter(|m| m.has_own_normals));
+    let loaded = match own {
+        Some(loaded) => loaded.clone(),
+        None => {
+            let loaded = read(b, p, &path, is_ply, face_normals, linear)?;
+            let frame = if loaded.has_own_normals { DMat3::IDENTITY } else { linear };
+            b.meshes.insert(key(frame), loaded.clone());
+            loaded
+        }
+    };
+    Ok(Made { geometry: Geometry::Mesh(loaded.mesh), to_world, flip: false, file: Some(file.into()) })
+}
+
+/// A mesh and whether its normals (or their absence) came from the file.
+#[derive(Clone, Debug)]
+pub(crate) struct LoadedMesh {
+    mesh: Arc<Mesh>,
+    has_own_normals: bool,
+}
+
+fn read(
+    b: &mut Builder<'_>,
+    p: &Params<'_>,
+    path: &Path,
+    is_ply: bool,
+    face_normals: bool,
+    linear: DMat3,
+) -> Result<LoadedMesh> {
+    let mesh = if is_ply { ply::read(path) } else { obj::read(path) };
+    let mut mesh = mesh.map_err(|e| match e {
+        Error::File { message, .. } => p.error("filename", format!("cannot read '{}': {message}", path.display())),
+        other => other,
+    })?;
+    if mesh.normals.len() != mesh.positions.len() && !mesh.normals.is_empty() {
+        b.warn(p.at("filename"), "some vertices of the mesh have no normal; all normals are computed");
+        mesh.normals.clear();
+    }
+    let mut has_own_normals = true;
+    if face_normals {
+        mesh.normals = Vec::new();
+    } else if mesh.normals.is_empty() {
+        mesh.normals = normals::compute(&mesh.positions, &mesh.faces, linear);
+        has_own_normals = false;
+    }
+    Ok(LoadedMesh { mesh: Arc::new(mesh), has_own_normals })
+}

@@ -1,0 +1,120 @@
+//! Drives a render: hands tiles of samples to threads, counts progress, stops when asked to.
+//!
+//! Work is cut into units, a tile times a chunk of samples, and handed out in order: all tiles of the first chunk, then
+//! of the second, so that a render that is stopped early shows the whole picture. Which thread takes which unit cannot
+//! change a bit of it, for the film's sums are exact.
+
+use crate::film::exact::Scale;
+use crate::film::{Dropped, Film};
+use crate::integrator::{Integrator, RayCounts};
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use rayon::ThreadPool;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Samples a pixel in one unit of work: enough to fill waves, few enough that a stop is never far.
+const CHUNK: u32 = 16;
+
+/// What to render.
+#[derive(Clone, Copy, Debug)]
+pub struct RenderSettings {
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Where uniform numbers come from.
+    pub sampler: Sampler,
+    /// How to estimate.
+    pub integrator: Integrator,
+}
+
+/// What is known of a render while it runs; shared with whoever shows it or stops it.
+#[derive(Debug, Default)]
+pub struct Progress {
+    samples: AtomicU64,
+    rays: AtomicU64,
+    cancelled: AtomicBool,
+}
+
+impl Progress {
+    /// Samples taken so far.
+    pub fn samples(&self) -> u64 {
+        self.samples.load(Ordering::Relaxed)
+    }
+
+    /// Rays traced so far.
+    pub fn rays(&self) -> u64 {
+        self.rays.load(Ordering::Relaxed)
+    }
+
+    /// Asks the render to stop soon.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it was asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+/// A finished render, or as much of it as was done.
+pub struct Rendered {
+    /// The sums.
+    pub film: Film,
+    /// Samples taken, over all pixels.
+    pub samples: u64,
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Samples left out because they were not finite.
+    pub dropped: Dropped,
+    /// Wall time.
+    pub time: Duration,
+    /// Whether every sample was taken.
+    pub complete: bool,
+}
+
+/// Number of samples that a render takes, over all pixels.
+pub fn total_samples(scene: &Scene, settings: &RenderSettings) -> u64 {
+    let crop = scene.film.crop;
+    u64::from(crop.width) * u64::from(crop.height) * u64::from(settings.samples)
+}
+
+/// Renders on the threads of `pool`.
+pub fn render(scene: &Scene, settings: &RenderSettings, pool: &ThreadPool, progress: &Progress) -> Rendered {
+    let start = Instant::now();
+    let film = Film::new(scene.film.crop, Scale::for_radiance(scene.brightest()));
+    let tiles = film.tile_count() as u64;
+    let units = tiles * u64::from(settings.samples.div_ceil(CHUNK));
+    let next = AtomicU64::new(0);
+    let counts = pool.broadcast(|_| {
+        let mut rays = RayCounts::default();
+        while !progress.is_cancelled() {
+            let unit = next.fetch_add(1, Ordering::Relaxed);
+            if unit >= units {
+                break;
+            }
+            rays += render_unit(scene, settings, &film, unit, progress);
+        }
+        rays
+    });
+    let mut rays = RayCounts::default();
+    counts.into_iter().for_each(|c| rays += c);
+    let samples = progress.samples();
+    let dropped = film.dropped();
+    let complete = samples == total_samples(scene, settings);
+    Rendered { film, samples, rays, dropped, time: start.elapsed(), complete }
+}
+
+fn render_unit(scene: &Scene, settings: &RenderSettings, film: &Film, unit: u64, progress: &Progress) -> RayCounts {
+    let tiles = film.tile_count() as u64;
+    let first = (unit / tiles) as u32 * CHUNK;
+    let last = first.saturating_add(CHUNK).min(settings.samples);
+    let mut tile = film.start_tile((unit % tiles) as usize);
+    let rays = settings.integrator.sample_tile(scene, &settings.sampler, first..last, &mut tile);
+    film.add(&tile);
+    let bounds = tile.bounds();
+    let samples = u64::from(bounds.width) * u64::from(bounds.height) * u64::from(last - first);
+    progress.samples.fetch_add(samples, Ordering::Relaxed);
+    progress.rays.fetch_add(rays.total(), Ordering::Relaxed);
+    rays
+}

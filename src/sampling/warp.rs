@@ -1,0 +1,205 @@
+//! Maps from the unit square to directions and points, each beside its density and its inverse.
+//!
+//! Directions are unit vectors in a local frame whose z axis is the normal. Densities are per solid angle or per area
+//! as their types say. Inverses give back the point of the square, up to rounding.
+
+use super::pdf::SolidAnglePdf;
+use crate::math::float::{ONE_MINUS_EPSILON, max, min, safe_sqrt};
+use glam::{Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
+
+/// (sin x, cos x) by one library on every machine, so that pictures do not depend on the system's.
+#[inline]
+pub fn sin_cos(x: f32) -> (f32, f32) {
+    libm::sincosf(x)
+}
+
+/// Uniform on the unit disk; concentric squares become concentric circles (Shirley and Chiu 1997, *A Low Distortion Map
+/// Between Disk and Square*).
+#[inline]
+pub fn square_to_disk(u: Vec2) -> Vec2 {
+    let (x, y) = (2.0 * u.x - 1.0, 2.0 * u.y - 1.0);
+    if x == 0.0 && y == 0.0 {
+        return Vec2::ZERO;
+    }
+    let (r, (s, c)) = if x.abs() > y.abs() {
+        (x, sin_cos(FRAC_PI_4 * (y / x)))
+    } else {
+        let (s, c) = sin_cos(FRAC_PI_4 * (x / y));
+        (y, (c, s))
+    };
+    Vec2::new(r * c, r * s)
+}
+
+/// Density of [`square_to_disk`] per area of the disk.
+#[inline]
+pub fn square_to_disk_pdf() -> f32 {
+    FRAC_1_PI
+}
+
+/// Inverse of [`square_to_disk`].
+pub fn disk_to_square(p: Vec2) -> Vec2 {
+    let r = p.length();
+    let phi = libm::atan2f(p.y, p.x);
+    // The sector of the square that the angle falls into: right, top, left, bottom.
+    let (a, b) = if (-FRAC_PI_4..FRAC_PI_4).contains(&phi) {
+        (r, phi * r / FRAC_PI_4)
+    } else if (FRAC_PI_4..3.0 * FRAC_PI_4).contains(&phi) {
+        (-(phi - FRAC_PI_2) * r / FRAC_PI_4, r)
+    } else if !(-3.0 * FRAC_PI_4..3.0 * FRAC_PI_4).contains(&phi) {
+        let from_left = if phi < 0.0 { phi + PI } else { phi - PI };
+        (-r, -from_left * r / FRAC_PI_4)
+    } else {
+        ((phi + FRAC_PI_2) * r / FRAC_PI_4, -r)
+    };
+    Vec2::new(0.5 * (a + 1.0), 0.5 * (b + 1.0))
+}
+
+/// Cosine-weighted on the hemisphere around +z (Malley's method: the disk, raised).
+#[inline]
+pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3 {
+    let p = square_to_disk(u);
+    p.extend(safe_sqrt(1.0 - p.length_squared()))
+}
+
+/// Density of [`square_to_cosine_hemisphere`]: cos θ / π above, 0 below.
+#[inline]
+pub fn square_to_cosine_hemisphere_pdf(w: Vec3) -> SolidAnglePdf {
+    SolidAnglePdf(max(w.z, 0.0) * FRAC_1_PI)
+}
+
+/// Inverse of [`square_to_cosine_hemisphere`].
+pub fn cosine_hemisphere_to_square(w: Vec3) -> Vec2 {
+    disk_to_square(w.truncate())
+}
+
+/// Uniform on the hemisphere around +z.
+#[inline]
+pub fn square_to_uniform_hemisphere(u: Vec2) -> Vec3 {
+    // The area of a spherical cap is proportional to its height; the disk keeps the map of low distortion.
+    let p = square_to_disk(u);
+    let r2 = p.length_squared();
+    (p * safe_sqrt(2.0 - r2)).extend(max(1.0 - r2, 0.0))
+}
+
+/// Density of [`square_to_uniform_hemisphere`]: 1 / 2π above, 0 below.
+#[inline]
+pub fn square_to_uniform_hemisphere_pdf(w: Vec3) -> SolidAnglePdf {
+    SolidAnglePdf(if w.z >= 0.0 { 0.5 * FRAC_1_PI } else { 0.0 })
+}
+
+/// Inverse of [`square_to_uniform_hemisphere`].
+pub fn uniform_hemisphere_to_square(w: Vec3) -> Vec2 {
+    disk_to_square(w.truncate() / safe_sqrt(1.0 + w.z))
+}
+
+/// Uniform on the unit sphere.
+#[inline]
+pub fn square_to_uniform_sphere(u: Vec2) -> Vec3 {
+    let z = 1.0 - 2.0 * u.x;
+    // 1 − z² without cancellation near the poles.
+    let r = 2.0 * safe_sqrt(u.x * (1.0 - u.x));
+    let (s, c) = sin_cos(TAU * u.y);
+    Vec3::new(r * c, r * s, z)
+}
+
+/// Density of [`square_to_uniform_sphere`]: 1 / 4π.
+#[inline]
+pub fn square_to_uniform_sphere_pdf() -> SolidAnglePdf {
+    SolidAnglePdf(0.25 * FRAC_1_PI)
+}
+
+/// Inverse of [`square_to_uniform_sphere`].
+pub fn uniform_sphere_to_square(w: Vec3) -> Vec2 {
+    let turn = libm::atan2f(w.y, w.x) / TAU;
+    Vec2::new(0.5 * (1.0 - w.z), if turn < 0.0 { min(turn + 1.0, ONE_MINUS_EPSILON) } else { turn })
+}
+
+/// Uniform in the cone of directions around +z within an angle θ, given 1 − cos θ (which keeps its digits where the
+/// cone is narrow).
+#[inline]
+pub fn square_to_uniform_cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
+    let h = u.x * one_minus_cos;
+    let r = safe_sqrt(h * (2.0 - h));
+    let (s, c) = sin_cos(TAU * u.y);
+    Vec3::new(r * c, r * s, 1.0 - h)
+}
+
+/// Density of [`square_to_uniform_cone`] inside the cone: 1 / (2π (1 − cos θ)).
+#[inline]
+pub fn square_to_uniform_cone_pdf(one_minus_cos: f32) -> SolidAnglePdf {
+    SolidAnglePdf(1.0 / (TAU * one_minus_cos))
+}
+
+/// Barycentric coordinates of a uniform point of a triangle (Heitz 2019, *A Low-Distortion Map Between Triangle and
+/// Square*): the three weights, which add to one up to rounding.
+#[inline]
+pub fn square_to_triangle(u: Vec2) -> Vec3 {
+    let (a, b) = if u.y > u.x {
+        let a = 0.5 * u.x;
+        (a, u.y - a)
+    } else {
+        let b = 0.5 * u.y;
+        (u.x - b, b)
+    };
+    Vec3::new(a, b, 1.0 - a - b)
+}
+
+/// Inverse of [`square_to_triangle`].
+pub fn triangle_to_square(b: Vec3) -> Vec2 {
+    if b.x > b.y { Vec2::new(b.x + b.y, 2.0 * b.y) } else { Vec2::new(2.0 * b.x, b.x + b.y) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid() -> impl Iterator<Item = Vec2> {
+        let n = 101;
+        (0..n * n).map(move |i| Vec2::new(((i % n) as f32 + 0.37) / n as f32, ((i / n) as f32 + 0.61) / n as f32))
+    }
+
+    fn assert_inverts(name: &str, tolerance: f32, f: impl Fn(Vec2) -> Vec2) {
+        for u in grid() {
+            let v = f(u);
+            assert!((u - v).length() < tolerance, "{name}: {u} came back as {v}");
+        }
+    }
+
+    #[test]
+    fn warps_are_inverted_by_their_inverses() {
+        // The bounds are rounding, magnified by the derivative of the inverse over the grid.
+        assert_inverts("disk", 2e-6, |u| disk_to_square(square_to_disk(u)));
+        assert_inverts("cosine hemisphere", 2e-6, |u| cosine_hemisphere_to_square(square_to_cosine_hemisphere(u)));
+        assert_inverts("uniform hemisphere", 2e-6, |u| uniform_hemisphere_to_square(square_to_uniform_hemisphere(u)));
+        assert_inverts("uniform sphere", 2e-6, |u| uniform_sphere_to_square(square_to_uniform_sphere(u)));
+        assert_inverts("triangle", 1e-6, |u| triangle_to_square(square_to_triangle(u)));
+    }
+
+    #[test]
+    fn directions_have_unit_length() {
+        for u in grid() {
+            for w in [
+                square_to_cosine_hemisphere(u),
+                square_to_uniform_hemisphere(u),
+                square_to_uniform_sphere(u),
+                square_to_uniform_cone(u, 1e-7),
+                square_to_uniform_cone(u, 1.7),
+            ] {
+                assert!((w.length() - 1.0).abs() < 4.0 * f32::EPSILON, "{w}");
+            }
+        }
+    }
+
+    #[test]
+    fn corners_of_the_square_stay_finite_and_inside() {
+        for x in [0.0, 0.5, ONE_MINUS_EPSILON] {
+            for y in [0.0, 0.5, ONE_MINUS_EPSILON] {
+                let u = Vec2::new(x, y);
+                assert!(square_to_cosine_hemisphere(u).z >= 0.0, "{u}");
+                assert!(square_to_uniform_hemisphere(u).z >= 0.0, "{u}");
+                assert!(square_to_triangle(u).min_element() >= 0.0, "{u}");
+            }
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Shapes: from object space in f64 to the compiled scene's space in f32.
+
+use crate::description::{self, Geometry, SceneDescription};
+use crate::error::{Error, Result};
+use crate::math::bounds::DBounds;
+use crate::scene::space::ToScene;
+use crate::shape::sphere::Sphere;
+use crate::shape::{Shape, TriangleMesh};
+use glam::{DMat3, DVec3};
+
+/// The corners of the rectangle [−1, 1]², counter-clockwise from its front.
+const RECTANGLE: [DVec3; 4] =
+    [DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.0), DVec3::new(-1.0, 1.0, 0.0)];
+
+/// The box around every surface, in the file's world space.
+pub(super) fn bounds(description: &SceneDescription) -> DBounds {
+    description.shapes.iter().fold(DBounds::EMPTY, |all, shape| {
+        let points =
+            |points: &[DVec3]| points.iter().fold(DBounds::EMPTY, |b, &p| b.with(shape.to_world.transform_point3(p)));
+        all.union(match &shape.geometry {
+            Geometry::Mesh(mesh) => points(&mesh.positions),
+            Geometry::Rectangle => points(&RECTANGLE),
+            Geometry::Sphere { .. } => {
+                let (centre, radius) = world_sphere(shape).unwrap_or((DVec3::ZERO, 0.0));
+                DBounds { min: centre - DVec3::splat(radius), max: centre + DVec3::splat(radius) }
+            }
+        })
+    })
+}
+
+/// Every shape that has a surface, and for each the index of its description.
+pub(super) fn shapes(
+    description: &SceneDescription,
+    to_scene: &ToScene,
+    warnings: &mut Vec<String>,
+) -> Result<(Vec<Shape>, Vec<usize>)> {
+    let (mut shapes, mut kept) = (Vec::new(), Vec::new());
+    for (index, shape) in description.shapes.iter().enumerate() {
+        let compiled = match &shape.geometry {
+            Geometry::Mesh(mesh) => Some(Shape::Mesh(compile_mesh(shape, mesh, to_scene)?)),
+            Geometry::Rectangle => Some(Shape::Mesh(compile_rectangle(shape, to_scene)?)),
+            Geometry::Sphere { .. } => compile_sphere(shape, to_scene)?,
+        };
+        match compiled {
+            Some(Shape::Mesh(mut mesh)) => {
+                let dropped = drop_degenerate(&mut mesh);
+                if dropped > 0 {
+                    warnings.push(format!("{}: {dropped} triangles of '{}' have no area", shape.at, shape.name));
+                }
+                if !mesh.faces.is_empty() {
+                    shapes.push(Shape::Mesh(mesh));
+                    kept.push(index);
+                }
+            }
+            Some(sphere) => {
+                shapes.push(sphere);
+                kept.push(index);
+            }
+            None => warnings.push(format!("{}: '{}' is too small beside the scene to be seen", shape.at, shape.name)),
+        }
+    }
+    Ok((shapes, kept))
+}
+
+fn compile_mesh(shape: &description::Shape, mesh: &description::Mesh, to_scene: &ToScene) -> Result<TriangleMesh> {
+    let positions = positions(shape, &mesh.positions, to_scene)?;
+    // Normals are covectors: they move with the inverse transpose.
+    let normal_matrix = inverse_transpose(shape)?;
+    let sign = if shape.flip_normals { -1.0 } else { 1.0 };
+    let normals = mesh.normals.iter().map(|&n| ((normal_matrix * n).normalize_or_zero() * sign).as_vec3()).collect();
+    Ok(TriangleMesh { positions, normals, faces: mesh.faces.clone(), flip: shape.flip_normals })
+}
+
+fn compile_rectangle(shape: &description::Shape, to_scene: &ToScene) -> Result<TriangleMesh> {
+    inverse_transpose(shape)?;
+    // The front is where the transformed normal points, also where the transform mirrors and turns the winding round.
+    let mirrored = shape.to_world.matrix3.determinant() < 0.0;
+    Ok(TriangleMesh {
+        positions: positions(shape, &RECTANGLE, to_scene)?,
+        normals: Vec::new(),
+        faces: vec![[0, 1, 2], [0, 2, 3]],
+        flip: mirrored != shape.flip_normals,
+    })
+}
+
+fn compile_sphere(shape: &description::Shape, to_scene: &ToScene) -> Result<Option<Shape>> {
+    let (centre, radius) = world_sphere(shape)
+        .ok_or_else(|| Error::scene(&shape.at, "a sphere's to_world may only move, rotate and scale uniformly"))?;
+    let centre = to_scene.point(centre).as_vec3();
+    let radius = (radius * to_scene.unit) as f32;
+    if !centre.is_finite() {
+        return Err(not_finite(shape));
+    }
+    Ok((radius > 0.0).then_some(Shape::Sphere(Sphere { centre, radius, flip: shape.flip_normals })))
+}
+
+/// Centre and radius of a sphere in world space; `None` where the transform makes it something else.
+fn world_sphere(shape: &description::Shape) -> Option<(DVec3, f64)> {
+    /// How far the axes of a uniform scale may differ, relatively: a rotation written with six digits is still one.
+    const UNIFORM_TOLERANCE: f64 = 1e-4;
+    let Geometry::Sphere { centre, radius } = shape.geometry else { return None };
+    let m = shape.to_world.matrix3;
+    let gram = m.transpose() * m;
+    let scale2 = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
+    let off = gram - DMat3::from_diagonal(DVec3::splat(scale2));
+    let worst = off.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    (worst <= UNIFORM_TOLERANCE * scale2)
+        .then(|| (shape.to_world.transform_point3(centre), radius * (gram.x_axis.x).sqrt()))
+}
+
+fn positions(shape: &description::Shape, points: &[DVec3], to_scene: &ToScene) -> Result<Vec<glam::Vec3>> {
+    let points: Vec<_> = points.iter().map(|&p| to_scene.point(shape.to_world.transform_point3(p)).as_vec3()).collect();
+    if points.iter().all(|p| p.is_finite()) { Ok(points) } else { Err(not_finite(shape)) }
+}
+
+fn inverse_transpose(shape: &description::Shape) -> Result<DMat3> {
+    let inverse = shape.to_world.matrix3.inverse();
+    let invertible = inverse.to_cols_array().into_iter().all(f64::is_finite);
+    if invertible {
+        Ok(inverse.transpose())
+    } else {
+        Err(Error::scene(&shape.at, format!("the to_world of '{}' flattens it: it has no inverse", shape.name)))
+    }
+}
+
+fn not_finite(shape: &description::Shape) -> Error {
+    Error::scene(&shape.at, format!("'{}' reaches to where numbers end: a coordinate is not finite", shape.name))
+}
+
+/// Removes triangles without area, which no ray can meet and which have no normal; returns how many.
+fn drop_degenerate(mesh: &mut TriangleMesh) -> usize {
+    let before = mesh.faces.len();
+    let positions = &mesh.positions;
+    mesh.faces.retain(|f| {
+        let [a, b, c] = f.map(|i| positions[i as usize].as_dvec3());
+        (b - a).cross(c - a).try_normalize().is_some()
+    });
+    before - mesh.faces.len()
+}

@@ -1,0 +1,126 @@
+//! From the scene description to the compiled scene: the only place that knows both.
+
+mod geometry;
+mod look;
+
+use super::space::ToScene;
+use super::{Features, FilmSettings, Scene};
+use crate::accel::{Accel, Accelerator};
+use crate::camera::{Perspective, Pinhole};
+use crate::description::{Camera, FovAxis, SceneDescription};
+use crate::error::{Error, Result};
+use crate::light::{Light, UniformLightSampler};
+use crate::shape::Shape;
+use glam::{DVec2, DVec3};
+use std::time::{Duration, Instant};
+
+/// How to compile.
+#[derive(Clone, Copy, Debug)]
+pub struct CompileOptions {
+    /// Who answers ray queries.
+    pub accelerator: Accelerator,
+    /// Threads that Embree may build with; our own builder takes the pool it is called in.
+    pub threads: usize,
+    /// Which of the file's cameras.
+    pub camera: usize,
+}
+
+/// A compiled scene, and what compiling it was like.
+pub struct Compiled {
+    /// The scene.
+    pub scene: Scene,
+    /// Complaints that were not fatal.
+    pub warnings: Vec<String>,
+    /// Time that the accelerator took to build.
+    pub accel_build: Duration,
+}
+
+/// Compiles `description` as one of its cameras sees it.
+///
+/// Fails where a number of the description makes no sense in f32 or for physics (a radiance below zero, a camera without
+/// direction), with its place in the file, or where the accelerator cannot be built.
+pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Result<Compiled> {
+    let count = description.cameras.len();
+    let camera = description
+        .cameras
+        .get(options.camera)
+        .ok_or_else(|| Error::Usage(format!("camera {} was asked for, but the scene has {count}", options.camera)))?;
+    let mut warnings = Vec::new();
+    let to_scene = ToScene::fitting(&geometry::bounds(description));
+    let (shapes, kept) = geometry::shapes(description, &to_scene, &mut warnings)?;
+    let look = look::compile(description, &shapes, &kept, &mut warnings)?;
+    let start = Instant::now();
+    let accel = Accel::build(options.accelerator, &shapes, options.threads)?;
+    let accel_build = start.elapsed();
+    let lobes = look.materials.iter().map(crate::bsdf::Material::lobes);
+    let infinite_lights: Vec<u32> =
+        (0u32..).zip(&look.lights).filter(|(_, l)| matches!(l, Light::Constant(_))).map(|(i, _)| i).collect();
+    let spheres = shapes.iter().filter(|s| matches!(s, Shape::Sphere(_))).count() as u64;
+    let features = Features {
+        triangles: shapes.iter().map(|s| s.primitive_count() as u64).sum::<u64>() - spheres,
+        spheres,
+        vertex_normals: shapes.iter().any(|s| matches!(s, Shape::Mesh(m) if !m.normals.is_empty())),
+        delta_lobes: lobes.clone().any(|l| l.delta),
+        transmission: lobes.clone().any(|l| l.transmits),
+        area_lights: (look.lights.len() - infinite_lights.len()) as u64,
+        infinite_lights: infinite_lights.len() as u64,
+    };
+    let film = FilmSettings {
+        size: (camera.film.width, camera.film.height),
+        crop: camera.film.crop,
+        component_format: camera.film.component_format,
+    };
+    let scene = Scene {
+        camera: compile_camera(camera, &to_scene)?,
+        film,
+        shapes,
+        appearances: look.appearances,
+        materials: look.materials,
+        light_sampler: UniformLightSampler::new(look.lights.len()),
+        lights: look.lights,
+        infinite_lights,
+        accel,
+        features,
+        unit: to_scene.unit,
+        centre: to_scene.centre,
+    };
+    Ok(Compiled { scene, warnings, accel_build })
+}
+
+fn compile_camera(camera: &Camera, to_scene: &ToScene) -> Result<Perspective> {
+    let axis = |v: DVec3| {
+        let a = (camera.to_world.matrix3 * v).normalize();
+        let fail = || Error::scene(&camera.at, "the camera's to_world gives it no direction");
+        if a.is_finite() { Ok(a) } else { Err(fail()) }
+    };
+    let (width, height) = (f64::from(camera.film.width), f64::from(camera.film.height));
+    let (x, y) = camera.principal_point_offset;
+    let origin = to_scene.point(camera.to_world.translation);
+    let clip = (camera.near_clip * to_scene.unit, camera.far_clip * to_scene.unit);
+    if !origin.as_vec3().is_finite() || !(clip.0 as f32).is_finite() {
+        return Err(Error::scene(&camera.at, "the camera is too far away for the size of the scene"));
+    }
+    Ok(Perspective::new(&Pinhole {
+        origin,
+        left: axis(DVec3::X)?,
+        up: axis(DVec3::Y)?,
+        forward: axis(DVec3::Z)?,
+        film: DVec2::new(width, height),
+        half_width: half_width(camera, width / height),
+        principal_point: DVec2::new(x, y),
+        clip,
+    }))
+}
+
+/// Tangent of half the horizontal field of view, for a film of this width over height.
+fn half_width(camera: &Camera, aspect: f64) -> f64 {
+    let tan = libm::tan(0.5 * camera.fov.to_radians());
+    let along_x = match camera.fov_axis {
+        FovAxis::X => true,
+        FovAxis::Y => false,
+        FovAxis::Smaller => aspect <= 1.0,
+        FovAxis::Larger => aspect >= 1.0,
+        FovAxis::Diagonal => return tan / (1.0 + 1.0 / (aspect * aspect)).sqrt(),
+    };
+    if along_x { tan } else { tan * aspect }
+}

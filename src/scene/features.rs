@@ -1,0 +1,22 @@
+//! What a compiled scene has, as far as rendering depends on it.
+
+use serde::Serialize;
+
+/// Facts about a compiled scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Features {
+    /// Triangles.
+    pub triangles: u64,
+    /// Spheres.
+    pub spheres: u64,
+    /// Some mesh has vertex normals.
+    pub vertex_normals: bool,
+    /// Some bsdf has delta lobes.
+    pub delta_lobes: bool,
+    /// Some bsdf lets light through.
+    pub transmission: bool,
+    /// Lights on surfaces.
+    pub area_lights: u64,
+    /// Lights at infinity.
+    pub infinite_lights: u64,
+}

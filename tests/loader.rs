@@ -1,0 +1,426 @@
+//! Scene files as users write them: what is wrong is named with its place, what is right means what it means in Mitsuba.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests, and skipping is to be seen")]
+
+use snell::description::{BsdfKind, ComponentFormat, FovAxis, Geometry, IntegratorKind, LightKind, SceneDescription};
+use snell::error::Result;
+use snell::loader::{LoadOptions, load};
+use snell::spectrum::Rgb;
+use std::path::{Path, PathBuf};
+
+fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Writes a scene with a sensor into a folder of its own and loads it.
+fn load_text(body: &str, options: &LoadOptions) -> Result<SceneDescription> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let sensor = r#"<sensor type="perspective"><film type="hdrfilm"><rfilter type="box"/></film></sensor>"#;
+    std::fs::write(&path, format!(r#"<scene version="3.0.0">{sensor}{body}</scene>"#)).unwrap();
+    load(&path, options)
+}
+
+fn scene(body: &str) -> SceneDescription {
+    load_text(body, &LoadOptions::default()).unwrap()
+}
+
+fn assert_close(got: Rgb, want: [f32; 3]) {
+    /// Mitsuba prints six digits, and computes in single precision.
+    const TOLERANCE: f32 = 1e-5;
+    for (g, w) in got.to_array().into_iter().zip(want) {
+        assert!((g - w).abs() <= TOLERANCE * w.abs(), "{got:?}, Mitsuba has {want:?}");
+    }
+}
+
+#[test]
+fn every_bad_scene_is_an_error_with_the_expected_message() {
+    let folder = repository().join("tests/data/bad");
+    let (mut count, mut failures) = (0, Vec::new());
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|e| e != "xml") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let after = text.split("<!-- expect: ").nth(1);
+        let expected = after.and_then(|t| t.split(" -->").next()).expect("every bad scene says what it expects");
+        match load(&path, &LoadOptions::default()) {
+            Ok(_) => failures.push(format!("{} was accepted", path.display())),
+            Err(e) if e.to_string().contains(expected) => {}
+            Err(e) => failures.push(format!("{e}\n    expected: {expected}")),
+        }
+        count += 1;
+    }
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+    assert!(count > 60, "only {count} bad scenes were found");
+}
+
+#[test]
+fn files_that_are_not_scenes_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let garbage: [&[u8]; 5] = [b"", b"\0\0\0", b"\xff\xfe<\0", b"<scene version=\"3.0.0\">\xe9</scene>", b"<"];
+    for (i, bytes) in garbage.into_iter().enumerate() {
+        let path = folder.path().join(format!("{i}.xml"));
+        std::fs::write(&path, bytes).unwrap();
+        assert!(load(&path, &LoadOptions::default()).is_err(), "{i}");
+    }
+    assert!(load(folder.path(), &LoadOptions::default()).is_err(), "a folder");
+    assert!(load(&folder.path().join("none.xml"), &LoadOptions::default()).is_err(), "no file");
+    let deep = folder.path().join("deep.xml");
+    std::fs::write(&deep, format!("<scene version=\"3.0.0\">{}", "<bsdf type=\"twosided\">".repeat(200_000))).unwrap();
+    assert!(load(&deep, &LoadOptions::default()).is_err(), "deep");
+}
+
+#[test]
+fn every_prefix_of_a_scene_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let whole = std::fs::read(repository().join("tests/data/bad/unresolved-ref.xml")).unwrap();
+    for end in 0..whole.len() {
+        std::fs::write(&path, &whole[..end]).unwrap();
+        assert!(load(&path, &LoadOptions::default()).is_err(), "{end}");
+    }
+}
+
+/// Everything the loader knows, to be broken at random.
+const RICH: &str = r##"<scene version="3.0.0"><default name="spp" value="16"/><path value="."/>
+    <integrator type="direct"><boolean name="hide_emitters" value="true"/></integrator>
+    <sensor type="perspective"><float name="fov" value="40"/><string name="fov_axis" value="smaller"/>
+        <transform name="to_world"><lookat origin="1, 2, 3" target="0 0 0" up="0 1 0"/></transform>
+        <sampler type="stratified"><integer name="sample_count" value="$spp"/></sampler>
+        <film type="hdrfilm"><integer name="crop_width" value="7"/><rfilter type="box"/></film></sensor>
+    <bsdf type="twosided" id="a"><bsdf type="roughconductor"><string name="material" value="Cu"/>
+        <float name="alpha" value="0.2"/><string name="distribution" value="ggx"/></bsdf><ref id="b"/></bsdf>
+    <bsdf type="diffuse" id="b"><spectrum name="reflectance" value="400:0.1, 600:0.7"/></bsdf>
+    <bsdf type="dielectric" id="c"><string name="int_ior" value="water"/></bsdf><alias id="c" as="d"/>
+    <shape type="obj"><string name="filename" value="m.obj"/><ref id="a"/><transform name="to_world">
+        <rotate angle="30" y="1"/><scale value="2"/><matrix value="1 0 0 0 2 0 0 0 3"/></transform></shape>
+    <shape type="ply"><string name="filename" value="m.ply"/><ref id="d"/></shape>
+    <shape type="sphere"><point name="center" value="1 2 3"/><ref id="b"/>
+        <emitter type="area"><rgb name="radiance" value="#ff8000"/></emitter></shape>
+    <emitter type="constant"><rgb name="radiance" value="1 2 3"/></emitter></scene>"##;
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -1 -2 -3\n";
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n";
+
+/// Bytes to break files with.
+const BREAKERS: &[u8] = b"<>/\"=-$#:.,9e0 \n\\\xff\0n";
+
+fn broken(text: &str, random: &mut impl FnMut(usize) -> usize) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    for _ in 0..=random(3) {
+        let at = random(bytes.len() - 1);
+        match random(4) {
+            0 => bytes[at] = BREAKERS[random(BREAKERS.len())],
+            1 => bytes.insert(at, BREAKERS[random(BREAKERS.len())]),
+            2 => drop(bytes.drain(at..(at + random(20)).min(bytes.len() - 2))),
+            _ => {
+                let piece = bytes[at..(at + random(60)).min(bytes.len())].to_vec();
+                let to = random(bytes.len());
+                bytes.splice(to..to, piece);
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn broken_files_are_errors_or_scenes_but_never_panics() {
+    const TRIALS: usize = 1500;
+    let mut state = 1_u64;
+    let mut random = |below: usize| {
+        // Knuth, The Art of Computer Programming 2, 3.3.4: MMIX's generator.
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % below.max(1)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    write("m.obj", OBJ.as_bytes());
+    write("m.ply", PLY.as_bytes());
+    write("scene.xml", RICH.as_bytes());
+    let whole = load(&path, &LoadOptions::default()).unwrap();
+    assert_eq!((whole.shapes.len(), whole.bsdfs.len(), whole.lights.len()), (3, 4, 1));
+    for trial in 0..TRIALS {
+        let (name, text) = [("scene.xml", RICH), ("m.obj", OBJ), ("m.ply", PLY)][trial % 3];
+        write(name, &broken(text, &mut random));
+        for lenient in [false, true] {
+            let _ = load(&path, &LoadOptions { lenient, ..Default::default() });
+        }
+        write(name, text.as_bytes());
+    }
+}
+
+#[test]
+fn defaults_are_mitsuba_s() {
+    let s = scene(r#"<shape type="sphere"/><shape type="rectangle"><emitter type="area"/></shape>"#);
+    assert_eq!(s.integrator.kind, IntegratorKind::Path);
+    assert_eq!((s.integrator.max_depth, s.integrator.rr_depth, s.integrator.hide_emitters), (None, 5, false));
+    let camera = &s.cameras[0];
+    assert_eq!(
+        (camera.film.width, camera.film.height, camera.film.component_format),
+        (768, 576, ComponentFormat::Half)
+    );
+    assert_eq!((camera.sampler.sample_count, camera.sampler.seed), (4, 0));
+    assert_eq!((camera.near_clip, camera.far_clip), (0.01, 1e4));
+    // Mitsuba prints x_fov = 38.1848 for this film: 4/5 of the tangent of the diagonal.
+    assert_eq!(camera.fov_axis, FovAxis::Diagonal);
+    let x_fov = 2.0 * (0.8 * (camera.fov.to_radians() / 2.0).tan()).atan().to_degrees();
+    assert!((x_fov - 38.1848).abs() < 1e-4);
+    let reflectance = |i: usize| match s.bsdfs[s.shapes[i].bsdf.0].kind {
+        BsdfKind::Diffuse { reflectance } => reflectance,
+        ref other => panic!("{other:?}"),
+    };
+    assert_eq!(reflectance(0), Rgb::splat(0.5));
+    assert_eq!(reflectance(1), Rgb::BLACK);
+    assert_eq!(s.shapes[1].emission, Some(Rgb::WHITE));
+}
+
+#[test]
+fn colours_are_what_mitsuba_3_9_1_has() {
+    let s = scene(
+        r#"<emitter type="constant"><spectrum name="radiance" value="400:0, 500:8, 600:15.6, 700:18.4"/></emitter>
+        <shape type="sphere"><bsdf type="diffuse">
+            <spectrum name="reflectance" value="400:0.1, 500:0.9, 700:0.2"/></bsdf></shape>
+        <shape type="sphere"><bsdf type="roughconductor"><string name="distribution" value="ggx"/>
+            <string name="material" value="Au"/></bsdf>
+            <emitter type="area"><spectrum name="radiance" value="2"/></emitter></shape>
+        <shape type="sphere"><bsdf type="roughconductor"><string name="distribution" value="GGX"/>
+            <spectrum name="eta" value="2"/><spectrum name="k" value="400:1,600:2,700:3"/></bsdf></shape>"#,
+    );
+    let LightKind::Constant { radiance } = s.lights[0].kind;
+    assert_close(radiance, [20.7108, 10.8546, 2.77115]);
+    let kind = |i: usize| &s.bsdfs[s.shapes[i].bsdf.0].kind;
+    assert!(matches!(kind(0), BsdfKind::Diffuse { reflectance } if {
+        assert_close(*reflectance, [0.367123, 0.793739, 0.508171]);
+        true
+    }));
+    let BsdfKind::RoughConductor { alpha, eta, k, .. } = kind(1) else { panic!() };
+    assert_eq!(*alpha, 0.1);
+    assert_close(*eta, [0.143036, 0.375307, 1.44205]);
+    assert_close(*k, [3.983, 2.38556, 1.60336]);
+    assert_close(s.shapes[1].emission.unwrap(), [2.40959, 1.89658, 1.81783]);
+    let BsdfKind::RoughConductor { eta, k, .. } = kind(2) else { panic!() };
+    assert_close(*eta, [2.0; 3]);
+    assert_close(*k, [2.30642, 1.70653, 1.19784]);
+}
+
+#[test]
+fn plugins_may_stand_for_colours() {
+    let s = scene(
+        r#"<emitter type="constant"><texture name="radiance" type="d65"><rgb name="color" value="2 3 4"/>
+            <float name="scale" value="2"/></texture></emitter>
+        <shape type="sphere"><bsdf type="diffuse"><ref name="reflectance" id="grey"/></bsdf></shape>
+        <spectrum type="uniform" id="grey"><float name="value" value="0.25"/></spectrum>
+        <shape type="sphere"><bsdf type="diffuse"><spectrum name="reflectance" type="srgb">
+            <rgb name="color" value="0.3 0.2 0.1"/></spectrum></bsdf></shape>"#,
+    );
+    assert_eq!(s.lights[0].kind, LightKind::Constant { radiance: Rgb::new(4.0, 6.0, 8.0) });
+    assert_eq!(s.bsdfs[0].kind, BsdfKind::Diffuse { reflectance: Rgb::splat(0.25) });
+    assert_eq!(s.bsdfs[1].kind, BsdfKind::Diffuse { reflectance: Rgb::new(0.3, 0.2, 0.1) });
+}
+
+#[test]
+fn transformations_compose_as_in_mitsuba() {
+    let s = scene(
+        r#"<shape type="sphere"><transform name="to_world"><rotate angle="90" z="1"/><translate value="1 2 3"/>
+            <scale value="2"/></transform></shape>
+        <shape type="sphere"><point name="center" x="1" y="2" z="3"/><float name="radius" value="-2"/></shape>
+        <shape type="rectangle"><transform name="to_world"><scale x="-1"/></transform></shape>"#,
+    );
+    let Geometry::Sphere { centre, radius } = s.shapes[0].geometry else { panic!() };
+    assert!(centre.abs_diff_eq(glam::DVec3::new(2.0, 4.0, 6.0), 1e-12) && (radius - 2.0).abs() < 1e-12);
+    assert!(!s.shapes[0].flip_normals && s.shapes[1].flip_normals, "a negative radius turns a sphere inside out");
+    assert!(s.shapes[2].to_world.matrix3.determinant() > 0.0, "a mirrored rectangle keeps its normal");
+}
+
+#[test]
+fn references_aliases_and_unused_objects() {
+    let s = scene(
+        r#"<shape type="sphere"><ref id="late"/></shape>
+        <bsdf type="plastic" id="unused"/>
+        <bsdf type="diffuse" id="unused_too"><spectrum name="reflectance" filename="nowhere.spd"/></bsdf>
+        <bsdf type="twosided" id="late"><bsdf type="twosided"><ref id="inner"/></bsdf></bsdf>
+        <bsdf type="diffuse" id="inner"/><alias id="inner" as="other"/>
+        <shape type="sphere" id="second"><ref name="bsdf" id="other"/><ref id="lamp"/></shape>
+        <emitter type="area" id="lamp"><float name="sampling_weight" value="3"/></emitter>"#,
+    );
+    assert_eq!(s.bsdfs.len(), 3, "inner, the twosided around it, late");
+    let BsdfKind::TwoSided { front, back } = s.bsdfs[s.shapes[0].bsdf.0].kind else { panic!() };
+    assert_eq!((front, back), (s.shapes[1].bsdf, s.shapes[1].bsdf));
+    assert_eq!(s.shapes[1].name, "second");
+    assert!(s.shapes[1].emission.is_some() && s.lights.is_empty());
+}
+
+#[test]
+fn definitions_replace_defaults_and_must_be_used() {
+    let body = r#"<default name="r" value="2"/><shape type="sphere"><float name="radius" value="$r"/></shape>"#;
+    let radius = |options: &LoadOptions| match load_text(body, options).unwrap().shapes[0].geometry {
+        Geometry::Sphere { radius, .. } => radius,
+        _ => panic!(),
+    };
+    let define = |name: &str| LoadOptions { defines: vec![(name.into(), "7".into())], lenient: false };
+    assert_eq!(radius(&LoadOptions::default()), 2.0);
+    assert_eq!(radius(&define("r")), 7.0);
+    let unused = load_text(body, &define("x")).unwrap_err().to_string();
+    assert_eq!(unused, "-D x=7: the scene has no such parameter; known: r");
+}
+
+#[test]
+fn the_lenient_get_warnings() {
+    let body = r#"<shape type="sphere" colour="red"><float name="raduis" value="1"/>
+        <bsdf type="roughconductor"><texture type="bitmap" name="alpha"/></bsdf></shape>"#;
+    assert!(load_text(body, &LoadOptions::default()).is_err());
+    let s = load_text(body, &LoadOptions { lenient: true, ..Default::default() }).unwrap();
+    assert_eq!(s.warnings.len(), 4, "{:#?}", s.warnings);
+    assert!(load_text(r#"<shape type="cube"/>"#, &LoadOptions { lenient: true, ..Default::default() }).is_err());
+}
+
+#[test]
+fn names_of_mitsuba_0_6_are_understood() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.xml");
+    let text = r#"<scene version="0.6.0"><integrator type="path"><integer name="maxDepth" value="3"/></integrator>
+        <sensor type="perspective"><string name="fovAxis" value="smaller"/><float name="fov" value="40"/>
+            <transform name="toWorld"><lookAt origin="0 0 -5" target="0 0 0" up="0 1 0"/></transform>
+            <film type="hdrfilm"><string name="pixelFormat" value="rgb"/><rfilter type="box"/></film></sensor></scene>"#;
+    std::fs::write(&path, text).unwrap();
+    let s = load(&path, &LoadOptions::default()).unwrap();
+    assert_eq!(s.integrator.max_depth, Some(3));
+    assert_eq!((s.cameras[0].fov, s.cameras[0].fov_axis), (40.0, FovAxis::Smaller));
+    std::fs::write(&path, text.replace("0.6.0", "3.0.0")).unwrap();
+    assert!(load(&path, &LoadOptions::default()).is_err(), "but only in files that say so");
+}
+
+#[test]
+fn included_files_and_search_paths_and_shared_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    write("meshes/lamp.spd", "# nm, radiance\n400 1\n600 2\n700 3\n");
+    write("meshes/t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
+    write("fragments/bsdf.xml", r#"<bsdf version="3.0.0" type="diffuse" id="m"/>"#);
+    let shape = |inside: &str| format!(r#"<shape type="obj"><string name="filename" value="t.obj"/>{inside}</shape>"#);
+    let shapes = format!(
+        r#"<scene version="3.0.0"><include filename="bsdf.xml"/>{}{}{}</scene>"#,
+        shape(r#"<ref id="m"/>"#),
+        shape(r#"<transform name="to_world"><scale x="2"/></transform>"#),
+        shape(r#"<boolean name="face_normals" value="true"/>"#),
+    );
+    write("fragments/shapes.xml", &shapes);
+    let main = r#"<scene version="3.0.0"><path value="meshes"/><include filename="fragments/shapes.xml"/>
+        <emitter type="constant"><spectrum name="radiance" filename="lamp.spd"/></emitter>
+        <sensor type="perspective"><film type="hdrfilm"><rfilter type="box"/></film></sensor></scene>"#;
+    let s = load(&write("scene.xml", main), &LoadOptions::default()).unwrap();
+    let meshes: Vec<_> = s
+        .shapes
+        .iter()
+        .map(|s| match &s.geometry {
+            Geometry::Mesh(mesh) => mesh.clone(),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(std::sync::Arc::ptr_eq(&meshes[0], &meshes[1]), "the same file is read once");
+    assert!(!meshes[0].normals.is_empty() && meshes[2].normals.is_empty());
+    assert_eq!(s.shapes[0].name, "t.obj");
+    let LightKind::Constant { radiance } = s.lights[0].kind;
+    assert_close(radiance, [2.73471, 1.62206, 1.07266]);
+}
+
+/// A file of the shared scenes, or `None`, said aloud, where they are not there.
+fn shared(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("SNELL_SHARED").map_or_else(|| repository().join("../shared"), PathBuf::from);
+    let path = folder.join("scenes").join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    println!("skipped: {} is not there", path.display());
+    None
+}
+
+#[test]
+fn the_scenes_of_the_repository_are_read() {
+    let Ok(folders) = std::fs::read_dir(repository().join("scenes")) else {
+        return println!("skipped: no scenes/");
+    };
+    for folder in folders.map(|f| f.unwrap().path()).filter(|f| f.is_dir()) {
+        for path in std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()) {
+            if path.extension().is_some_and(|e| e == "xml") {
+                let s = load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+                assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_cornell_box_is_read() {
+    let Some(path) = shared("cornell-box-mitsuba/cornell-box-small.xml") else {
+        return;
+    };
+    let defines = vec![("spp".into(), "16".into()), ("seed".into(), "3".into())];
+    let s = load(&path, &LoadOptions { defines, lenient: false }).unwrap();
+    assert_eq!((s.shapes.len(), s.bsdfs.len(), s.lights.len()), (8, 5, 0));
+    assert_eq!((s.cameras[0].sampler.sample_count, s.cameras[0].sampler.seed), (16, 3));
+    assert_eq!(s.integrator.max_depth, Some(6));
+    assert_close(s.shapes[0].emission.unwrap(), [20.7108, 10.8546, 2.77115]);
+    assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+}
+
+/// Positions and normals of a teapot under a shearing transformation, from Mitsuba 3.9.1 in single precision.
+#[test]
+fn the_teapot_has_mitsuba_s_normals() {
+    const TOLERANCE: f64 = 2e-5;
+    let Some(path) = shared("meshes/teapot.obj") else {
+        return;
+    };
+    let s = scene(&format!(
+        r#"<shape type="obj"><string name="filename" value="{}"/><transform name="to_world">
+            <rotate angle="30" x="0.6" y="0.8"/><scale x="3" y="0.5" z="-1"/></transform></shape>"#,
+        path.display()
+    ));
+    let (Geometry::Mesh(mesh), m) = (&s.shapes[0].geometry, s.shapes[0].to_world) else { panic!() };
+    assert_eq!((mesh.positions.len(), mesh.faces.len()), (3644, 6320));
+    let to_world = m.matrix3.inverse().transpose();
+    for (i, position, normal) in [
+        (
+            0,
+            [3.949280023574829, 1.237086296081543, 0.013535305857658386],
+            [0.3074052929878235, 0.8227416276931763, 0.478119432926178],
+        ),
+        (
+            500,
+            [-0.8081120848655701, 1.2452154159545898, 0.8913091421127319],
+            [0.044177696108818054, -0.8844138979911804, -0.46460774540901184],
+        ),
+        (
+            1000,
+            [1.1079856157302856, 0.3496479094028473, 1.430979609489441],
+            [-0.021060392260551453, 0.8007699847221375, -0.5986016392707825],
+        ),
+    ] {
+        let (p, n) = (m.transform_point3(mesh.positions[i]), (to_world * mesh.normals[i]).normalize());
+        assert!(p.abs_diff_eq(position.into(), TOLERANCE), "{p}, Mitsuba has {position:?}");
+        assert!(n.abs_diff_eq(normal.into(), TOLERANCE), "{n}, Mitsuba has {normal:?}");
+    }
+}
+
+#[test]
+fn the_dragon_is_read() {
+    let Some(path) = shared("meshes/dragon_vrip.ply") else {
+        return;
+    };
+    let start = std::time::Instant::now();
+    let file = path.display();
+    let s = scene(&format!(
+        r#"<shape type="ply"><string name="filename" value="{file}"/><boolean name="face_normals" value="true"/></shape>"#
+    ));
+    println!("dragon: {:?}", start.elapsed());
+    let Geometry::Mesh(mesh) = &s.shapes[0].geometry else { panic!() };
+    assert_eq!((mesh.positions.len(), mesh.faces.len()), (437_645, 871_414));
+}
