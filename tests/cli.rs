@@ -1,6 +1,6 @@
 //! The command as a user meets it: exit codes, messages, files.
 
-#![allow(missing_docs, reason = "test code")]
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! The architecture, checked against the source: layers, where `unsafe` may stand, no unnamed tolerances, file length.
 
-#![allow(missing_docs, reason = "test code")]
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

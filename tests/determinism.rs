@@ -1,6 +1,6 @@
 //! The same picture every time: for any number of threads, for both accelerators, at any power-of-two scale.
 
-#![allow(missing_docs, reason = "test code")]
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 mod common;
 

@@ -2,7 +2,7 @@
 //! it gets, every wall shows Le·(1 + a + a² + …) = Le / (1 − a) in every direction. A ray that slips out between two
 //! walls, or meets the wall it starts from, darkens or brightens a pixel.
 
-#![allow(missing_docs, reason = "test code")]
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 mod common;
 

@@ -1,6 +1,6 @@
 //! All estimators converge to the same picture.
 
-#![allow(missing_docs, reason = "test code")]
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 mod common;
 

@@ -1,6 +1,6 @@
 //! Whole pictures against converged references of another renderer, with the variance of both.
 
-#![allow(missing_docs, reason = "test code")]
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 mod common;
 

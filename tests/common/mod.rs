@@ -1,7 +1,7 @@
 //! Scenes and renders for the tests of whole pictures.
 
 #![allow(dead_code, reason = "each test file uses its own part of this")]
-#![allow(missing_docs, unreachable_pub, reason = "test code")]
+#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "test code")]
 
 use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
