@@ -57,7 +57,7 @@ impl RoughConductor {
         if !(wo.z > 0.0) {
             return None;
         }
-        let m = self.facets.sample_visible(wo, u.direction);
+        let m = self.facets.sample_visible(wo, u.direction());
         let wi = (2.0 * wo.dot(m) * m - wo).normalize();
         if !(wi.z > 0.0) {
             return None;

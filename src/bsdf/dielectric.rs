@@ -38,7 +38,7 @@ impl Dielectric {
         let entering = wo.z > 0.0;
         let eta = if entering { self.eta } else { 1.0 / self.eta };
         let interface = fresnel::dielectric(wo.z.abs(), eta);
-        if u.lobe < interface.reflectance {
+        if u.lobe() < interface.reflectance {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             return Some(BsdfSample { wi, weight: self.reflectance, pdf: None, eta: 1.0 });
         }

@@ -127,7 +127,7 @@ fn values_are_reciprocal() {
     for (name, bsdf) in table() {
         for wo in outgoing() {
             for u in uniforms(500, 3) {
-                let wi = warp::square_to_cosine_hemisphere(u.direction);
+                let wi = warp::square_to_cosine_hemisphere(u.direction());
                 if wi.z < 1e-3 {
                     continue;
                 }

@@ -20,9 +20,9 @@ impl Technique for Naive {
             return bsdf.sample(wo, u);
         }
         let (wi, pdf) = if lobes.transmits {
-            (warp::square_to_uniform_sphere(u.direction), warp::square_to_uniform_sphere_pdf())
+            (warp::square_to_uniform_sphere(u.direction()), warp::square_to_uniform_sphere_pdf())
         } else {
-            let wi = warp::square_to_uniform_hemisphere(u.direction);
+            let wi = warp::square_to_uniform_hemisphere(u.direction());
             (wi, warp::square_to_uniform_hemisphere_pdf(wi))
         };
         let weight = bsdf.eval(wo, wi) / pdf.0;

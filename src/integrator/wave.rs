@@ -18,7 +18,7 @@ use crate::film::SampleId;
 use crate::light::Light;
 use crate::math::float::min;
 use crate::math::ray::Ray;
-use crate::sampler::Sampler;
+use crate::sampler::{BsdfUniforms, Sampler};
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::scene::{Scene, Surface};
 use crate::spectrum::Rgb;
@@ -197,12 +197,12 @@ impl Walker<'_> {
             None => Segment::Delta,
         };
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));
-        self.roulette(path, uniforms.roulette, record);
+        self.roulette(path, &uniforms, record);
     }
 
     /// Ends a path at random, the more likely the less it carries, and makes up for it in those that survive.
     #[inline]
-    fn roulette(&self, path: &mut PathState, u: f32, record: &mut impl Record) {
+    fn roulette(&self, path: &mut PathState, u: &BsdfUniforms, record: &mut impl Record) {
         let before = path.throughput;
         if before.is_black() {
             return end(path, "nothing is carried on", record);
@@ -214,7 +214,7 @@ impl Walker<'_> {
         let survival = min(before.max_component() * path.eta_squared, MAX_SURVIVAL);
         record.event(Event::Scattered { throughput: before, survival });
         // A throughput that is not a number ends here too, and has been counted by the film if it found light.
-        if !(u < survival) {
+        if !(u.roulette() < survival) {
             return end(path, "roulette", record);
         }
         path.throughput = before / survival;
@@ -278,8 +278,8 @@ impl Walker<'_> {
         record: &mut impl Record,
     ) -> Option<(Ray, Rgb)> {
         let u = path.stream.light(path.depth - 1);
-        let (index, pmf) = self.scene.light_sampler.sample(u.choice)?;
-        let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), u.point)?;
+        let (index, pmf) = self.scene.light_sampler.sample(|| u.choice())?;
+        let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), u.point())?;
         let wi = surface.frame.to_local(sample.wi);
         let f = surface.bsdf.eval(wo, wi);
         if f.is_black() {

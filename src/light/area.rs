@@ -63,10 +63,10 @@ impl AreaLight {
         {
             return warp::square_to_uniform_cone_pdf(cap.one_minus_cos as f32);
         }
-        let to = end.p - p;
+        // The difference is what needs f64; its length does not.
+        let to = (end.p - p).as_vec3();
         let distance_squared = to.length_squared();
-        let cos = (to.as_vec3().normalize_or_zero()).dot(end.n);
-        self.pdf.to_solid_angle(distance_squared as f32, cos)
+        self.pdf.to_solid_angle(distance_squared, to.dot(end.n) / distance_squared.sqrt())
     }
 
     /// Radiance that leaves the surface point with normal `n` in direction `w`.
@@ -85,10 +85,10 @@ impl AreaLight {
     /// The sample that leads from `p` to a uniform point of the surface.
     #[inline]
     fn towards(&self, p: DVec3, end: SurfacePoint) -> Option<LightSample> {
-        let to = end.p - p;
+        let to = (end.p - p).as_vec3();
         let distance_squared = to.length_squared();
-        let wi = (to / distance_squared.sqrt()).as_vec3();
-        let pdf = self.pdf.to_solid_angle(distance_squared as f32, wi.dot(end.n));
+        let wi = to / distance_squared.sqrt();
+        let pdf = self.pdf.to_solid_angle(distance_squared, wi.dot(end.n));
         let radiance = self.emitted(end.n, -wi);
         // Seen from behind or edge-on, or p on the surface itself (where wi is NaN).
         (pdf.0 > 0.0 && !radiance.is_black()).then_some(LightSample { wi, radiance, pdf, end: Some(end) })

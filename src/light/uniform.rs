@@ -14,12 +14,15 @@ impl UniformLightSampler {
         Self { count: u32::try_from(count).unwrap_or(u32::MAX) }
     }
 
-    /// The light for the uniform number `u` and the probability of choosing it; `None` where there is no light.
+    /// A light and the probability of choosing it, for the uniform number that `u` gives, which is not asked for where
+    /// there is no choice; `None` where there is no light.
     #[inline]
-    pub fn sample(&self, u: f32) -> Option<(usize, f32)> {
-        let last = self.count.checked_sub(1)?;
-        let index = min(u * self.count as f32, last as f32) as usize;
-        Some((index, self.pmf()))
+    pub fn sample(&self, u: impl FnOnce() -> f32) -> Option<(usize, f32)> {
+        match self.count {
+            0 => None,
+            1 => Some((0, 1.0)),
+            n => Some((min(u() * n as f32, (n - 1) as f32) as usize, self.pmf())),
+        }
     }
 
     /// Probability of choosing any one light.

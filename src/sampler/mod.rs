@@ -45,27 +45,73 @@ pub struct Stream {
     index: u32,
 }
 
-/// The four numbers of a set, each in [0, 1).
-pub type Set = [f32; 4];
+/// Four uniform numbers in [0, 1), each computed when it is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Set(Numbers);
+
+#[derive(Clone, Copy, Debug)]
+enum Numbers {
+    Sobol(sobol::SobolSet),
+    Independent(independent::IndependentSet),
+}
+
+impl Set {
+    /// Number `d`, 0 to 3.
+    #[inline]
+    pub fn get(&self, d: usize) -> f32 {
+        match &self.0 {
+            Numbers::Sobol(set) => set.get(d),
+            Numbers::Independent(set) => set.get(d),
+        }
+    }
+
+    /// The two numbers with the best projection.
+    #[inline]
+    pub fn pair(&self) -> Vec2 {
+        Vec2::new(self.get(0), self.get(1))
+    }
+}
 
 /// What a path vertex needs for its bsdf and for roulette.
 #[derive(Clone, Copy, Debug)]
-pub struct BsdfUniforms {
+pub struct BsdfUniforms(Set);
+
+impl BsdfUniforms {
     /// Direction.
-    pub direction: Vec2,
+    #[inline]
+    pub fn direction(&self) -> Vec2 {
+        self.0.pair()
+    }
+
     /// Choice of lobe.
-    pub lobe: f32,
+    #[inline]
+    pub fn lobe(&self) -> f32 {
+        self.0.get(2)
+    }
+
     /// Russian roulette.
-    pub roulette: f32,
+    #[inline]
+    pub fn roulette(&self) -> f32 {
+        self.0.get(3)
+    }
 }
 
 /// What a path vertex needs to sample a light.
 #[derive(Clone, Copy, Debug)]
-pub struct LightUniforms {
+pub struct LightUniforms(Set);
+
+impl LightUniforms {
     /// Point on the light, or direction towards it.
-    pub point: Vec2,
+    #[inline]
+    pub fn point(&self) -> Vec2 {
+        self.0.pair()
+    }
+
     /// Choice of the light.
-    pub choice: f32,
+    #[inline]
+    pub fn choice(&self) -> f32 {
+        self.0.get(2)
+    }
 }
 
 const SET_FILM: u32 = 0;
@@ -85,32 +131,30 @@ impl Sampler {
 impl Stream {
     #[inline]
     fn set(&self, set: u32) -> Set {
-        match self.kind {
-            SamplerKind::Sobol => sobol::set(self.key, self.index, set),
-            SamplerKind::Independent => independent::set(self.key, self.index, set),
-        }
+        Set(match self.kind {
+            SamplerKind::Sobol => Numbers::Sobol(sobol::SobolSet::new(self.key, self.index, set)),
+            SamplerKind::Independent => {
+                Numbers::Independent(independent::IndependentSet::new(self.key, self.index, set))
+            }
+        })
     }
 
     /// Position within the pixel.
     #[inline]
     pub fn film(&self) -> Vec2 {
-        let [x, y, ..] = self.set(SET_FILM);
-        Vec2::new(x, y)
+        self.set(SET_FILM).pair()
     }
 
     /// For the bsdf at path vertex `vertex`, counted from 0.
     #[inline]
     pub fn bsdf(&self, vertex: u32) -> BsdfUniforms {
-        let [u, v, lobe, roulette] = self.set(SET_FIRST_VERTEX.wrapping_add(vertex.wrapping_mul(SETS_PER_VERTEX)));
-        BsdfUniforms { direction: Vec2::new(u, v), lobe, roulette }
+        BsdfUniforms(self.set(SET_FIRST_VERTEX.wrapping_add(vertex.wrapping_mul(SETS_PER_VERTEX))))
     }
 
     /// For the light at path vertex `vertex`, counted from 0.
     #[inline]
     pub fn light(&self, vertex: u32) -> LightUniforms {
-        let set = SET_FIRST_VERTEX.wrapping_add(vertex.wrapping_mul(SETS_PER_VERTEX)).wrapping_add(1);
-        let [u, v, choice, _] = self.set(set);
-        LightUniforms { point: Vec2::new(u, v), choice }
+        LightUniforms(self.set(SET_FIRST_VERTEX.wrapping_add(vertex.wrapping_mul(SETS_PER_VERTEX)).wrapping_add(1)))
     }
 }
 

@@ -10,7 +10,7 @@
 //! one of the two reversals.
 
 use super::hash::mix64;
-use super::{Set, to_unit};
+use super::to_unit;
 
 /// Bits of an index, and of a number.
 const BITS: usize = 32;
@@ -109,16 +109,30 @@ fn reversed_points(index: u32) -> [u32; 4] {
     p
 }
 
-/// The four numbers of a set.
-#[inline]
-pub(super) fn set(key: u64, index: u32, set: u32) -> Set {
-    let h = mix64(key ^ u64::from(set));
-    let g = mix64(h);
-    let shuffled = laine_karras(index.reverse_bits(), h as u32).reverse_bits();
-    // Three words of hash and one derived: enough for five seeds that look independent to the scramble.
-    let seeds = [(h >> 32) as u32, g as u32, (g >> 32) as u32, (g >> 16) as u32 ^ (h >> 16) as u32];
-    let p = reversed_points(shuffled);
-    std::array::from_fn(|d| to_unit(laine_karras(p[d], seeds[d]).reverse_bits()))
+/// A set of which no number has been computed to its end: the point, and what its dimensions are scrambled by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SobolSet {
+    points: [u32; 4],
+    seeds: [u32; 4],
+}
+
+impl SobolSet {
+    /// Set number `set` of sample `index`.
+    #[inline]
+    pub(super) fn new(key: u64, index: u32, set: u32) -> Self {
+        let h = mix64(key ^ u64::from(set));
+        let g = mix64(h);
+        let shuffled = laine_karras(index.reverse_bits(), h as u32).reverse_bits();
+        // Four words of hash, and one derived: five seeds that look independent to the scramble.
+        let seeds = [(h >> 32) as u32, g as u32, (g >> 32) as u32, (g >> 16) as u32 ^ (h >> 16) as u32];
+        Self { points: reversed_points(shuffled), seeds }
+    }
+
+    /// Number `d` of the set.
+    #[inline]
+    pub(super) fn get(&self, d: usize) -> f32 {
+        to_unit(laine_karras(self.points[d], self.seeds[d]).reverse_bits())
+    }
 }
 
 #[cfg(test)]

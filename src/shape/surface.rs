@@ -1,7 +1,7 @@
 //! The point where a ray meets a primitive that an accelerator found: computed here once, whoever found it.
 
 use super::offset::SurfacePoint;
-use super::{Shape, TriangleMesh, sphere::Sphere, triangle};
+use super::{Plane, Shape, TriangleMesh, sphere::Sphere, triangle};
 use crate::math::ray::Ray;
 use glam::{DVec3, Vec3};
 
@@ -20,8 +20,8 @@ impl Shape {
     pub fn meet(&self, ray: &Ray, primitive: u32) -> ShapePoint {
         match self {
             Self::Mesh(mesh) => {
-                let [v0, v1, v2] = mesh.triangle(primitive);
-                mesh.point(primitive, triangle::resolve(ray, v0, v1, v2).b)
+                let v = mesh.triangle(primitive);
+                mesh.point(primitive, triangle::barycentrics(ray, v))
             }
             Self::Sphere(sphere) => {
                 let t = sphere.resolve(ray);
@@ -35,13 +35,9 @@ impl TriangleMesh {
     /// The point of triangle `face` with these barycentric coordinates.
     #[inline]
     pub fn point(&self, face: u32, b: [f64; 3]) -> ShapePoint {
-        let v = self.triangle(face);
-        let d = v.map(|v| v.as_dvec3());
-        let (e1, e2) = (d[1] - d[0], d[2] - d[0]);
-        let sign = if self.flip { -1.0 } else { 1.0 };
-        let n = (e1.cross(e2).normalize() * sign).as_vec3();
-        let extent = v[0].max(v[1]).max(v[2]) - v[0].min(v[1]).min(v[2]);
-        let point = SurfacePoint { p: d[0] + e1 * b[1] + e2 * b[2], n, extent };
+        let [v0, v1, v2] = self.triangle(face).map(|v| v.as_dvec3());
+        let Plane { n, slack } = self.plane(face);
+        let point = SurfacePoint { p: v0 + (v1 - v0) * b[1] + (v2 - v0) * b[2], n, slack };
         ShapePoint { point, shading_normal: self.shading_normal(face, b).unwrap_or(n) }
     }
 
@@ -51,8 +47,9 @@ impl TriangleMesh {
         if self.normals.is_empty() {
             return None;
         }
-        let [n0, n1, n2] = self.faces[face as usize].map(|i| self.normals[i as usize].as_dvec3());
-        (n0 * b[0] + n1 * b[1] + n2 * b[2]).try_normalize().map(DVec3::as_vec3)
+        let [n0, n1, n2] = self.faces[face as usize].map(|i| self.normals[i as usize]);
+        let [b0, b1, b2] = b.map(|b| b as f32);
+        (n0 * b0 + n1 * b1 + n2 * b2).try_normalize()
     }
 
     /// Areas of the triangles, each in the compiled scene's length².
@@ -71,6 +68,6 @@ impl Sphere {
         let n = from_centre.normalize();
         let p = self.centre.as_dvec3() + n * f64::from(self.radius);
         let n = if self.flip { -n.as_vec3() } else { n.as_vec3() };
-        ShapePoint { point: SurfacePoint { p, n, extent: Vec3::ZERO }, shading_normal: n }
+        ShapePoint { point: SurfacePoint { p, n, slack: 0.0 }, shading_normal: n }
     }
 }

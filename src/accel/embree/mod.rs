@@ -228,7 +228,12 @@ fn copy(shape: &Shape) -> Shape {
             let mut positions = Vec::with_capacity(mesh.positions.len() + PADDING);
             positions.extend_from_slice(&mesh.positions);
             positions.extend([Vec3::ZERO; PADDING]);
-            Shape::Mesh(TriangleMesh { positions, normals: Vec::new(), faces: mesh.faces.clone(), flip: mesh.flip })
+            Shape::Mesh(TriangleMesh {
+                positions,
+                faces: mesh.faces.clone(),
+                flip: mesh.flip,
+                ..TriangleMesh::default()
+            })
         }
         Shape::Sphere(sphere) => Shape::Sphere(*sphere),
     }

@@ -10,7 +10,7 @@ fn shapes() -> Vec<(&'static str, Shape)> {
         Vec3::new(0.5, 0.25, 0.1),
         Vec3::new(-0.5, 0.25, 0.1),
     ];
-    let quad = TriangleMesh { positions, normals: vec![], faces: vec![[0, 1, 2], [0, 2, 3]], flip: false };
+    let quad = TriangleMesh { positions, faces: vec![[0, 1, 2], [0, 2, 3]], ..TriangleMesh::default() };
     let sphere = Sphere { centre: Vec3::new(0.1, 0.0, -0.2), radius: 0.3, flip: false };
     vec![
         ("quad", Shape::Mesh(quad)),
@@ -21,7 +21,7 @@ fn shapes() -> Vec<(&'static str, Shape)> {
 
 fn samples(light: &AreaLight, surface: &Shape, p: DVec3) -> Vec<Option<LightSample>> {
     let sampler = Sampler { kind: SamplerKind::Sobol, seed: 1 };
-    (0..1 << 16).map(|i| light.sample(surface, p, sampler.stream(0, 0, i).light(0).point)).collect()
+    (0..1 << 16).map(|i| light.sample(surface, p, sampler.stream(0, 0, i).light(0).point())).collect()
 }
 
 /// The mean of f/pdf over light samples equals the integral of f over the solid angle, here f = 1 (the solid angle that
@@ -37,7 +37,7 @@ fn densities_integrate_to_the_solid_angle_of_the_light() {
             let sampler = Sampler { kind: SamplerKind::Sobol, seed: 2 };
             let seen = (0..1 << 16)
                 .filter(|&i| {
-                    let w = warp::square_to_uniform_sphere(sampler.stream(0, 0, i).light(0).point);
+                    let w = warp::square_to_uniform_sphere(sampler.stream(0, 0, i).light(0).point());
                     let ray = crate::math::ray::Ray::new(p.as_vec3(), w);
                     front_is_met(&surface, &ray)
                 })

@@ -48,6 +48,10 @@ pub(super) fn shapes(
                     warnings.push(format!("{}: {dropped} triangles of '{}' have no area", shape.at, shape.name));
                 }
                 if !mesh.faces.is_empty() {
+                    let mut mesh = mesh.with_planes();
+                    if !mesh.normals.is_empty() && mesh.is_flat() {
+                        mesh.normals = Vec::new();
+                    }
                     shapes.push(Shape::Mesh(mesh));
                     kept.push(index);
                 }
@@ -68,7 +72,7 @@ fn compile_mesh(shape: &description::Shape, mesh: &description::Mesh, to_scene: 
     let normal_matrix = inverse_transpose(shape)?;
     let sign = if shape.flip_normals { -1.0 } else { 1.0 };
     let normals = mesh.normals.iter().map(|&n| ((normal_matrix * n).normalize_or_zero() * sign).as_vec3()).collect();
-    Ok(TriangleMesh { positions, normals, faces: mesh.faces.clone(), flip: shape.flip_normals })
+    Ok(TriangleMesh { positions, normals, faces: mesh.faces.clone(), flip: shape.flip_normals, planes: Vec::new() })
 }
 
 fn compile_rectangle(shape: &description::Shape, to_scene: &ToScene) -> Result<TriangleMesh> {
@@ -77,9 +81,9 @@ fn compile_rectangle(shape: &description::Shape, to_scene: &ToScene) -> Result<T
     let mirrored = shape.to_world.matrix3.determinant() < 0.0;
     Ok(TriangleMesh {
         positions: positions(shape, &RECTANGLE, to_scene)?,
-        normals: Vec::new(),
         faces: vec![[0, 1, 2], [0, 2, 3]],
         flip: mirrored != shape.flip_normals,
+        ..TriangleMesh::default()
     })
 }
 
