@@ -1,7 +1,6 @@
 //! Figures about a finished render, for people and for `--stats`.
 
 use super::prepare::Prepared;
-use crate::integrator::RayCounts;
 use crate::render::Rendered;
 use crate::scene::Features;
 use serde::Serialize;
@@ -19,9 +18,11 @@ pub(super) struct Stats<'a> {
     render_seconds: f64,
     complete: bool,
     samples: u64,
-    rays: RayCounts,
+    rays: Rays,
     rays_per_second: f64,
     samples_per_second: f64,
+    /// Part of the threads' time that ray queries took.
+    ray_query_share: f64,
     non_finite_samples: u64,
     non_finite_examples: Vec<[u32; 3]>,
     accelerator_bytes: u64,
@@ -29,6 +30,13 @@ pub(super) struct Stats<'a> {
     features: Features,
     #[serde(skip_serializing_if = "Option::is_none")]
     accelerator_comparison: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Rays {
+    camera: u64,
+    bounce: u64,
+    shadow: u64,
 }
 
 /// What the render was asked for, by name.
@@ -41,7 +49,7 @@ pub(super) struct Names<'a> {
 impl<'a> Stats<'a> {
     pub(super) fn new(prepared: &Prepared, rendered: &Rendered, names: &Names<'a>) -> Self {
         let seconds = rendered.time.as_secs_f64().max(f64::MIN_POSITIVE);
-        let accel = &prepared.scene.accel;
+        let (accel, rays) = (&prepared.scene.accel, rendered.rays);
         Self {
             version: env!("CARGO_PKG_VERSION"),
             accelerator: accel.name(),
@@ -53,8 +61,9 @@ impl<'a> Stats<'a> {
             render_seconds: rendered.time.as_secs_f64(),
             complete: rendered.complete,
             samples: rendered.samples,
-            rays: rendered.rays,
-            rays_per_second: rendered.rays.total() as f64 / seconds,
+            rays: Rays { camera: rays.camera, bounce: rays.bounce, shadow: rays.shadow },
+            ray_query_share: rays.time.as_secs_f64() / (seconds * names.threads as f64),
+            rays_per_second: rays.total() as f64 / seconds,
             samples_per_second: rendered.samples as f64 / seconds,
             non_finite_samples: rendered.dropped.count,
             non_finite_examples: rendered.dropped.examples.iter().map(|s| [s.x, s.y, s.index]).collect(),
