@@ -9,12 +9,12 @@
 #[path = "../tests/accel_support/mod.rs"]
 mod accel_support;
 
-use accel_support::{Rng, boxes, displaced_sphere, extent, offset};
+use accel_support::{Rng, boxes, displaced_sphere};
 use glam::Vec3;
 use snell::accel::oracle::{self, Verdict};
 use snell::accel::{Accel, Accelerator, Hit};
 use snell::math::ray::Ray;
-use snell::shape::{Shape, triangle};
+use snell::shape::Shape;
 use std::time::Instant;
 
 /// Rays in a batch, as the integrator has them.
@@ -72,14 +72,9 @@ fn bounce_rays(shapes: &[Shape], rays: &[Ray], hits: &[Hit]) -> (Vec<Ray>, Vec<R
     let mut rng = Rng(1);
     let (mut bounce, mut shadow) = (Vec::new(), Vec::new());
     for (ray, hit) in rays.iter().zip(hits).filter(|(_, hit)| hit.is_some()) {
-        let Shape::Mesh(mesh) = &shapes[hit.shape as usize] else {
-            continue;
-        };
-        let v = mesh.triangle(hit.primitive);
-        let t = triangle::resolve(ray, v[0], v[1], v[2]).t;
-        let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
-        let normal = if normal.dot(ray.d) > 0.0 { -normal } else { normal };
-        let o = offset(ray.o.as_dvec3() + t * ray.d.as_dvec3(), normal.as_dvec3(), extent(v));
+        let point = shapes[hit.shape as usize].meet(ray, hit.primitive).point;
+        let normal = if point.n.dot(ray.d) > 0.0 { -point.n } else { point.n };
+        let o = point.origin_towards(normal);
         bounce.push(Ray::new(o, (normal + 0.999 * rng.direction()).normalize()));
         shadow.push(Ray::segment(o, Vec3::new(rng.between(-0.2, 0.2), 0.45, rng.between(-0.2, 0.2))));
     }

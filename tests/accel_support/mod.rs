@@ -2,10 +2,9 @@
 #![allow(dead_code, unreachable_pub, reason = "each of its users is a crate of its own and needs a part")]
 
 use glam::{DVec3, Vec3};
-use snell::math::float::UNIT_ROUNDOFF;
 use snell::math::ray::Ray;
+use snell::shape::offset::SurfacePoint;
 use snell::shape::{Shape, TriangleMesh};
-use std::cmp::Ordering;
 use std::collections::HashMap;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
@@ -128,53 +127,31 @@ pub fn cuboid(lower: Vec3, upper: Vec3) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-/// A ray from a random point of a triangle, moved off it like the renderer's, into a random direction of that side.
+/// A ray from a random point of a triangle into a random direction, as the renderer spawns it.
 pub fn spawned(rng: &mut Rng, v: [Vec3; 3]) -> Ray {
     let p = point(rng, v);
     let d = rng.direction();
-    Ray::new(offset(p, towards(v, d.as_dvec3()), extent(v)), d)
+    Ray::new(p.origin_towards(d), d)
 }
 
-/// A segment between random points of two triangles, both ends moved like those of the renderer's shadow rays.
+/// A segment between random points of two triangles, as the renderer's shadow rays are.
 pub fn segment(rng: &mut Rng, v: [[Vec3; 3]; 2]) -> Ray {
     let (p, q) = (point(rng, v[0]), point(rng, v[1]));
-    let end_extent = extent(v[1]) + (q - p).abs().as_vec3();
-    Ray::segment(offset(p, towards(v[0], q - p), extent(v[0])), offset(q, towards(v[1], p - q), end_extent))
+    let w = (q.p - p.p).as_vec3();
+    Ray::segment(p.origin_towards(w), q.end_towards(-w, w.abs()))
 }
 
 /// A random point of a triangle.
-fn point(rng: &mut Rng, v: [Vec3; 3]) -> DVec3 {
+fn point(rng: &mut Rng, v: [Vec3; 3]) -> SurfacePoint {
     let (mut a, mut b) = (rng.unit(), rng.unit());
     if a + b > 1.0 {
         (a, b) = (1.0 - a, 1.0 - b);
     }
-    v[0].as_dvec3() + f64::from(a) * (v[1] - v[0]).as_dvec3() + f64::from(b) * (v[2] - v[0]).as_dvec3()
+    surface_point(v, [a, b].map(f64::from))
 }
 
-/// The normal on the side that `d` points to.
-fn towards(v: [Vec3; 3], d: DVec3) -> DVec3 {
-    let v = v.map(|v| v.as_dvec3());
-    let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
-    if d.dot(normal) < 0.0 { -normal } else { normal }
-}
-
-/// Extent of a triangle along the axes.
-pub fn extent(v: [Vec3; 3]) -> Vec3 {
-    v[0].max(v[1]).max(v[2]) - v[0].min(v[1]).min(v[2])
-}
-
-/// The point `p` moved to the side of the unit normal `n` by the rounding of its coordinates and 8 roundings of `extent`,
-/// and rounded away from the surface: what the renderer does with the ends of its rays.
-pub fn offset(p: DVec3, n: DVec3, extent: Vec3) -> Vec3 {
-    let u = f64::from(UNIT_ROUNDOFF);
-    let delta = n.abs().dot(u * p.abs() + 8.0 * u * extent.as_dvec3());
-    let moved = p + n * delta;
-    Vec3::from_array(std::array::from_fn(|i| {
-        let nearest = moved[i] as f32;
-        match f64::from(nearest).partial_cmp(&moved[i]) {
-            Some(Ordering::Less) if n[i] > 0.0 => nearest.next_up(),
-            Some(Ordering::Greater) if n[i] < 0.0 => nearest.next_down(),
-            _ => nearest,
-        }
-    }))
+/// The point of a triangle with these last two barycentric coordinates, as the renderer computes it.
+fn surface_point(v: [Vec3; 3], [a, b]: [f64; 2]) -> SurfacePoint {
+    let mesh = TriangleMesh { positions: v.to_vec(), faces: vec![[0, 1, 2]], ..TriangleMesh::default() };
+    mesh.point(0, [1.0 - a - b, a, b]).point
 }
