@@ -29,7 +29,7 @@ pub(super) enum Command {
 pub(super) struct SceneArgs {
     /// The scene: a Mitsuba 3 XML file.
     pub(super) scene: PathBuf,
-    /// Set a parameter that the scene declares by <default>.
+    /// Set a parameter that the scene declares by `<default>`.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     pub(super) define: Vec<(String, String)>,
     /// Make unknown parameters and attributes warnings, not errors.

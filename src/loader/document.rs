@@ -102,7 +102,7 @@ pub(crate) enum Value {
     Spectrum(Spectrum),
     Transform(DAffine3),
     Child(ObjectId),
-    /// Only before [`Document::resolve`].
+    /// The id of another object; none is left once the whole file is read.
     Reference(String),
 }
 
