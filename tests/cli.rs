@@ -172,7 +172,15 @@ fn bad_arguments_are_refused() {
     desk.refuses(&["render", SCENE, "--camera", "3"], &["camera 3"]);
     desk.refuses(&["render", SCENE, "--replay", "9999,0,0"], &["--replay", "outside"]);
     desk.refuses(&["render", SCENE, "-Dnonsense=1"], &["nonsense"]);
-    for wrong in [&["render"][..], &["render", SCENE, "--spp", "0"], &["render", SCENE, "--size", "0x9"], &["rander"]] {
+    desk.refuses(&["render", SCENE, "-o", "a.exr", "-o", "a.exr"], &["a.exr", "twice"]);
+    desk.refuses(&["render", SCENE, "-o", "a.exr", "--stats", "a.exr"], &["a.exr", "twice"]);
+    for wrong in [
+        &["render"][..],
+        &["render", SCENE, "--spp", "0"],
+        &["render", SCENE, "--size", "0x9"],
+        &["rander"],
+        &["render", SCENE, "--threads", "100000"],
+    ] {
         assert_eq!(desk.snell(wrong).status.code(), Some(2), "{wrong:?}");
     }
     assert!(desk.files().is_empty());

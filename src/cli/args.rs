@@ -24,6 +24,9 @@ pub(super) enum Command {
     Info(SceneArgs),
 }
 
+/// Most threads. Reason: with very many more threads than cores the thread pool spends its time waking them.
+const MAX_THREADS: i64 = 1024;
+
 /// What to read, and what to change in it.
 #[derive(Debug, Args)]
 pub(super) struct SceneArgs {
@@ -48,8 +51,8 @@ pub(super) struct SceneArgs {
     #[arg(long, value_enum, default_value_t = AcceleratorName::Auto)]
     pub(super) accel: AcceleratorName,
     /// Threads; 0 for one a core.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(super) threads: usize,
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=MAX_THREADS))]
+    pub(super) threads: u32,
 }
 
 #[derive(Debug, Args)]

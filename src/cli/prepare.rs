@@ -22,9 +22,9 @@ pub(super) struct Prepared {
 }
 
 /// The threads to work with.
-pub(super) fn pool(threads: usize) -> Result<ThreadPool> {
+pub(super) fn pool(threads: u32) -> Result<ThreadPool> {
     rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
+        .num_threads(threads as usize)
         .thread_name(|i| format!("snell-{i}"))
         .build()
         .map_err(|e| Error::Usage(format!("cannot start {threads} threads: {e}")))

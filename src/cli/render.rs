@@ -72,6 +72,11 @@ fn reserve(args: &RenderArgs) -> Result<Vec<OutputFile>> {
     let named_after_scene =
         || vec![PathBuf::from(args.scene.scene.with_extension("exr").file_name().unwrap_or_default())];
     let paths = if args.output.is_empty() { named_after_scene() } else { args.output.clone() };
+    let mut all: Vec<&Path> = paths.iter().map(PathBuf::as_path).chain(args.stats.as_deref()).collect();
+    all.sort_unstable();
+    if let Some(twice) = all.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(Error::Usage(format!("{} is to be written twice", twice[0].display())));
+    }
     paths.iter().map(|p| OutputFile::reserve(p)).collect()
 }
 

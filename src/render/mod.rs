@@ -32,6 +32,7 @@ pub struct RenderSettings {
 pub struct Progress {
     samples: AtomicU64,
     rays: AtomicU64,
+    started: AtomicBool,
     cancelled: AtomicBool,
 }
 
@@ -44,6 +45,11 @@ impl Progress {
     /// Rays traced so far.
     pub fn rays(&self) -> u64 {
         self.rays.load(Ordering::Relaxed)
+    }
+
+    /// Whether the render has begun, so that there is something to stop.
+    pub fn is_started(&self) -> bool {
+        self.started.load(Ordering::Relaxed)
     }
 
     /// Asks the render to stop soon.
@@ -82,6 +88,7 @@ pub fn total_samples(scene: &Scene, settings: &RenderSettings) -> u64 {
 /// Renders on the threads of `pool`.
 pub fn render(scene: &Scene, settings: &RenderSettings, pool: &ThreadPool, progress: &Progress) -> Rendered {
     let start = Instant::now();
+    progress.started.store(true, Ordering::Relaxed);
     let film = Film::new(scene.film.crop, Scale::for_radiance(scene.brightest()));
     let tiles = film.tile_count() as u64;
     let units = tiles * u64::from(settings.samples.div_ceil(CHUNK));
