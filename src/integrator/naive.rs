@@ -4,7 +4,6 @@
 use super::Technique;
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::sampler::BsdfUniforms;
-use crate::sampling::pdf::SolidAnglePdf;
 use crate::sampling::warp;
 use glam::Vec3;
 
@@ -27,15 +26,5 @@ impl Technique for Naive {
         };
         let weight = bsdf.eval(wo, wi) / pdf.0;
         (!weight.is_black()).then_some(BsdfSample { wi, weight, pdf: Some(pdf), eta: 1.0 })
-    }
-
-    #[inline]
-    fn found_weight(_bsdf: SolidAnglePdf, _light: SolidAnglePdf) -> f32 {
-        1.0
-    }
-
-    #[inline]
-    fn sampled_weight(_light: SolidAnglePdf, _bsdf: SolidAnglePdf) -> f32 {
-        0.0
     }
 }

@@ -18,9 +18,16 @@ pub trait Technique {
     }
 
     /// Weight of light that a path ran into by a direction of density `bsdf`, which light sampling finds with density
-    /// `light`.
-    fn found_weight(bsdf: SolidAnglePdf, light: SolidAnglePdf) -> f32;
+    /// `light`. All of it counts where lights are not sampled.
+    #[inline]
+    fn found_weight(_bsdf: SolidAnglePdf, _light: SolidAnglePdf) -> f32 {
+        1.0
+    }
 
     /// Weight of light that was sampled with density `light`, in a direction that the bsdf finds with density `bsdf`.
-    fn sampled_weight(light: SolidAnglePdf, bsdf: SolidAnglePdf) -> f32;
+    /// Nothing of it counts where lights are not sampled.
+    #[inline]
+    fn sampled_weight(_light: SolidAnglePdf, _bsdf: SolidAnglePdf) -> f32 {
+        0.0
+    }
 }
