@@ -1,23 +1,13 @@
-//! Independent uniform numbers: a hash of (pixel, sample, set), nothing carried along.
+//! Independent uniform numbers: a hash of (pixel, sample, set, dimension), nothing carried along.
 
-use super::hash::mix64;
-use super::to_unit;
+use super::hash::{keyed, mix32};
+use super::word::Word;
 
-/// A set: two words of hash, two numbers in each.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct IndependentSet([u64; 2]);
+/// Spreads consecutive indices over all words before they are mixed in: 2³² over the golden ratio, made odd.
+const GOLDEN: u32 = 0x9e37_79b9;
 
-impl IndependentSet {
-    /// Set number `set` of sample `index`.
-    #[inline]
-    pub(super) fn new(key: u64, index: u32, set: u32) -> Self {
-        let first = mix64(key ^ mix64(u64::from(set) << 32 | u64::from(index)));
-        Self([first, mix64(first)])
-    }
-
-    /// Number `d` of the set.
-    #[inline]
-    pub(super) fn get(&self, d: usize) -> f32 {
-        to_unit((self.0[d / 2] >> (32 * (d % 2))) as u32)
-    }
+/// The bits of number `d` of set `set` of sample `index`.
+#[inline(always)]
+pub(super) fn bits<W: Word>(key: [W; 2], index: W, set: u32, d: usize) -> W {
+    mix32(keyed(key, set, d as u32).plus(mix32(index.scaled(GOLDEN))))
 }

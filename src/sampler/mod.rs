@@ -11,11 +11,17 @@
 //! | 2 + 2v | at path vertex v (the first hit is 0): bsdf u, bsdf v, bsdf lobe, roulette |
 //! | 3 + 2v | at path vertex v: light u, light v, light choice, spare (opacity) |
 //!
+//! Lens, time and opacity are reserved: nothing uses them yet.
+//!
 //! The first two numbers of a set are those with the best two-dimensional projection.
 
+mod batch;
 mod hash;
 mod independent;
 mod sobol;
+mod word;
+
+pub use batch::Batch;
 
 use glam::Vec2;
 
@@ -37,43 +43,34 @@ pub struct Sampler {
     pub seed: u64,
 }
 
-/// The uniform numbers of one sample of one pixel.
+/// Where the uniform numbers of one sample of one pixel come from.
 #[derive(Clone, Copy, Debug)]
 pub struct Stream {
     kind: SamplerKind,
-    key: u64,
+    key: [u32; 2],
     index: u32,
 }
 
-/// Four uniform numbers in [0, 1), each computed when it is asked for.
-#[derive(Clone, Copy, Debug)]
-pub struct Set(Numbers);
-
-#[derive(Clone, Copy, Debug)]
-enum Numbers {
-    Sobol(sobol::SobolSet),
-    Independent(independent::IndependentSet),
-}
+/// Four uniform numbers in [0, 1). Those that nobody wants are 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Set([f32; 4]);
 
 impl Set {
     /// Number `d`, 0 to 3.
     #[inline]
     pub fn get(&self, d: usize) -> f32 {
-        match &self.0 {
-            Numbers::Sobol(set) => set.get(d),
-            Numbers::Independent(set) => set.get(d),
-        }
+        self.0[d]
     }
 
     /// The two numbers with the best projection.
     #[inline]
     pub fn pair(&self) -> Vec2 {
-        Vec2::new(self.get(0), self.get(1))
+        Vec2::new(self.0[0], self.0[1])
     }
 }
 
 /// What a path vertex needs for its bsdf and for roulette.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfUniforms(Set);
 
 impl BsdfUniforms {
@@ -97,7 +94,7 @@ impl BsdfUniforms {
 }
 
 /// What a path vertex needs to sample a light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightUniforms(Set);
 
 impl LightUniforms {
@@ -118,48 +115,73 @@ const SET_FILM: u32 = 0;
 const SET_FIRST_VERTEX: u32 = 2;
 const SETS_PER_VERTEX: u32 = 2;
 
+/// How many numbers of a set are in use; a light sample needs the last only where there is a choice.
+const FILM_NUMBERS: usize = 2;
+const BSDF_NUMBERS: usize = 4;
+const LIGHT_NUMBERS: usize = 3;
+
+/// The set of the bsdf at path vertex `vertex`, counted from 0.
+#[inline]
+fn bsdf_set(vertex: u32) -> u32 {
+    SET_FIRST_VERTEX.wrapping_add(vertex.wrapping_mul(SETS_PER_VERTEX))
+}
+
+/// The set of the light at path vertex `vertex`.
+#[inline]
+fn light_set(vertex: u32) -> u32 {
+    bsdf_set(vertex).wrapping_add(1)
+}
+
 impl Sampler {
     /// The numbers of sample `index` of a pixel, which is named by its column and row in the whole film (so that a crop
     /// shows the same numbers as the whole).
     #[inline]
     pub fn stream(&self, x: u32, y: u32, index: u32) -> Stream {
         let pixel = u64::from(y) << 32 | u64::from(x);
-        Stream { kind: self.kind, key: hash::mix64(hash::mix64(self.seed) ^ pixel), index }
+        let key = hash::mix64(hash::mix64(self.seed) ^ pixel);
+        Stream { kind: self.kind, key: [key as u32, (key >> 32) as u32], index }
     }
 }
 
 impl Stream {
-    #[inline]
-    fn set(&self, set: u32) -> Set {
-        Set(match self.kind {
-            SamplerKind::Sobol => Numbers::Sobol(sobol::SobolSet::new(self.key, self.index, set)),
-            SamplerKind::Independent => {
-                Numbers::Independent(independent::IndependentSet::new(self.key, self.index, set))
+    /// The first `wanted` numbers of a set.
+    fn set(&self, set: u32, wanted: usize) -> Set {
+        let mut numbers = [0.0; 4];
+        match self.kind {
+            SamplerKind::Sobol => {
+                let index = sobol::Index::new(self.index, self.index.saturating_add(1));
+                let set = sobol::SobolSet::new(self.key, index, set);
+                for (d, number) in numbers.iter_mut().enumerate().take(wanted) {
+                    *number = to_unit(set.bits(d));
+                }
             }
-        })
+            SamplerKind::Independent => {
+                for (d, number) in numbers.iter_mut().enumerate().take(wanted) {
+                    *number = to_unit(independent::bits(self.key, self.index, set, d));
+                }
+            }
+        }
+        Set(numbers)
     }
 
     /// Position within the pixel.
-    #[inline]
     pub fn film(&self) -> Vec2 {
-        self.set(SET_FILM).pair()
+        self.set(SET_FILM, FILM_NUMBERS).pair()
     }
 
     /// For the bsdf at path vertex `vertex`, counted from 0.
-    #[inline]
     pub fn bsdf(&self, vertex: u32) -> BsdfUniforms {
-        BsdfUniforms(self.set(SET_FIRST_VERTEX.wrapping_add(vertex.wrapping_mul(SETS_PER_VERTEX))))
+        BsdfUniforms(self.set(bsdf_set(vertex), BSDF_NUMBERS))
     }
 
     /// For the light at path vertex `vertex`, counted from 0.
-    #[inline]
     pub fn light(&self, vertex: u32) -> LightUniforms {
-        LightUniforms(self.set(SET_FIRST_VERTEX.wrapping_add(vertex.wrapping_mul(SETS_PER_VERTEX)).wrapping_add(1)))
+        LightUniforms(self.set(light_set(vertex), LIGHT_NUMBERS))
     }
 }
 
 /// The top 24 bits as a number in [0, 1 − 2⁻²⁴]: never one, and every value exact.
-#[inline]
+#[inline(always)]
 fn to_unit(bits: u32) -> f32 {
     const SCALE: f32 = 1.0 / (1u32 << 24) as f32;
     (bits >> 8) as f32 * SCALE

@@ -1,19 +1,24 @@
 //! Owen-scrambled Sobol' points by hashing (Burley 2020, *Practical Hash-based Owen Scrambling*).
 //!
-//! Each set takes the first four Sobol' dimensions, visits them in an order of its own (a nested uniform scramble of
-//! the sample's index, which keeps every aligned block of 2ᵏ samples together, so that any power-of-two prefix stays
-//! well distributed), and scrambles each dimension on its own. Sets are independent of each other: padding.
+//! Each set takes the first four Sobol' dimensions, visits them in an order of its own (a nested uniform scramble of the
+//! lower sixteen bits of the sample's index, which keeps every aligned block of 2ᵏ samples together up to 2¹⁶, so that
+//! any power-of-two prefix stays well distributed), and scrambles each dimension on its own. Sets are independent of
+//! each other: padding.
 //!
 //! An Owen scramble flips each bit of a number by a random function of the bits above it. The Laine–Karras hash makes
 //! each bit depend on the bits *below*, so it works on reversed numbers; its constants are those found by Vegdahl
-//! (2021, *Building a Better LK Hash*). The generator matrices here give Sobol' numbers already reversed, which saves
-//! one of the two reversals.
+//! (2021, *Building a Better LK Hash*). The generator matrices here take reversed indices and give reversed numbers, which
+//! leaves one reversal a number.
 
-use super::hash::mix64;
-use super::to_unit;
+use super::hash::keyed;
+use super::word::Word;
 
 /// Bits of an index, and of a number.
 const BITS: usize = 32;
+
+/// The lower bits of an index, which are shuffled. Those above choose among blocks of 2¹⁶ samples that are well
+/// distributed each, and pay for their matrix columns only where a pixel has so many samples.
+const SHUFFLED_BITS: u32 = 16;
 
 /// Direction numbers of the first four dimensions (Joe and Kuo 2008, file new-joe-kuo-6.21201), with each column
 /// bit-reversed: `REVERSED_COLUMNS[bit][dimension]`.
@@ -58,80 +63,78 @@ const fn reversed_columns() -> [[u32; 4]; BITS] {
     columns
 }
 
-/// Sums of [`REVERSED_COLUMNS`] over the sixteen values of each four bits of the index: 2 KiB that stay in the cache.
-static NIBBLES: [[[u32; 4]; 16]; BITS / 4] = nibbles();
-
-const fn nibbles() -> [[[u32; 4]; 16]; BITS / 4] {
-    let mut table = [[[0u32; 4]; 16]; BITS / 4];
-    let mut n = 0;
-    while n < BITS / 4 {
-        let mut v = 0;
-        while v < 16 {
-            let mut bit = 0;
-            while bit < 4 {
-                if (v >> bit) & 1 == 1 {
-                    let mut d = 0;
-                    while d < 4 {
-                        table[n][v][d] ^= REVERSED_COLUMNS[4 * n + bit][d];
-                        d += 1;
-                    }
-                }
-                bit += 1;
-            }
-            v += 1;
-        }
-        n += 1;
-    }
-    table
-}
-
 /// The Laine–Karras style permutation with Vegdahl's constants: bit i of the result depends on bits 0..=i of `x`.
-#[inline]
-fn laine_karras(mut x: u32, seed: u32) -> u32 {
-    x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
-    x ^= x.wrapping_mul(0x0552_6c56);
-    x ^= x.wrapping_mul(0x53a2_2864);
-    x
+#[inline(always)]
+fn laine_karras<W: Word>(x: W, seed: W) -> W {
+    let x = x.xor(x.scaled(0x3d20_adea));
+    let x = x.plus(seed);
+    let x = x.times(seed.right(16).or(1));
+    let x = x.xor(x.scaled(0x0552_6c56));
+    x.xor(x.scaled(0x53a2_2864))
 }
 
-/// The first four Sobol' dimensions of point `index`, each bit-reversed.
-#[inline]
-fn reversed_points(index: u32) -> [u32; 4] {
-    let mut p = [0u32; 4];
-    for (n, table) in NIBBLES.iter().enumerate() {
-        let entry = &table[(index >> (4 * n)) as usize & 15];
-        for d in 0..4 {
-            p[d] ^= entry[d];
-        }
-    }
-    p
-}
-
-/// A set of which no number has been computed to its end: the point, and what its dimensions are scrambled by.
+/// The index of a sample, as the sets want it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SobolSet {
-    points: [u32; 4],
-    seeds: [u32; 4],
+pub(super) struct Index<W> {
+    /// The lower [`SHUFFLED_BITS`] bits, reversed.
+    low: W,
+    /// The others.
+    high: W,
+    /// Whether they are all zero.
+    only_low: bool,
 }
 
-impl SobolSet {
-    /// Set number `set` of sample `index`.
-    #[inline]
-    pub(super) fn new(key: u64, index: u32, set: u32) -> Self {
-        let h = mix64(key ^ u64::from(set));
-        let g = mix64(h);
-        let shuffled = laine_karras(index.reverse_bits(), h as u32).reverse_bits();
-        // Four words of hash, and one derived: five seeds that look independent to the scramble.
-        let seeds = [(h >> 32) as u32, g as u32, (g >> 32) as u32, (g >> 16) as u32 ^ (h >> 16) as u32];
-        Self { points: reversed_points(shuffled), seeds }
+impl<W: Word> Index<W> {
+    /// Of an index, or of indices that are all `below`.
+    #[inline(always)]
+    pub(super) fn new(index: W, below: u32) -> Self {
+        let low = index.left(BITS as u32 - SHUFFLED_BITS).reversed();
+        Self { low, high: index.right(SHUFFLED_BITS), only_low: below <= 1 << SHUFFLED_BITS }
+    }
+}
+
+/// A set of which no number has been computed to its end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SobolSet<W> {
+    key: [W; 2],
+    set: u32,
+    /// The shuffled index; bit i is bit 15 − i of the index.
+    low: W,
+    index: Index<W>,
+}
+
+/// What the words of a set's key are for: shuffling the index, and from here on scrambling dimension 0, 1, 2 and 3.
+const PURPOSE_SHUFFLE: u32 = 0;
+const PURPOSE_SCRAMBLE: u32 = 1;
+
+impl<W: Word> SobolSet<W> {
+    /// Set number `set` of a sample.
+    #[inline(always)]
+    pub(super) fn new(key: [W; 2], index: Index<W>, set: u32) -> Self {
+        let low = laine_karras(index.low, keyed(key, set, PURPOSE_SHUFFLE)).and((1 << SHUFFLED_BITS) - 1);
+        Self { key, set, low, index }
     }
 
-    /// Number `d` of the set.
-    #[inline]
-    pub(super) fn get(&self, d: usize) -> f32 {
-        to_unit(laine_karras(self.points[d], self.seeds[d]).reverse_bits())
+    /// The bits of number `d` of the set.
+    #[inline(always)]
+    pub(super) fn bits(&self, d: usize) -> W {
+        let seed = keyed(self.key, self.set, PURPOSE_SCRAMBLE + d as u32);
+        laine_karras(self.reversed_point(d), seed).reversed()
+    }
+
+    /// Dimension `d` of the point, bit-reversed.
+    #[inline(always)]
+    fn reversed_point(&self, d: usize) -> W {
+        let mut point = self.low.and(0);
+        for bit in 0..SHUFFLED_BITS {
+            point = point.xor_where(self.low, bit, REVERSED_COLUMNS[(SHUFFLED_BITS - 1 - bit) as usize][d]);
+        }
+        if !self.index.only_low {
+            for bit in 0..BITS as u32 - SHUFFLED_BITS {
+                point = point.xor_where(self.index.high, bit, REVERSED_COLUMNS[(SHUFFLED_BITS + bit) as usize][d]);
+            }
+        }
+        point
     }
 }
 
@@ -143,7 +146,11 @@ mod tests {
     fn unscrambled_points_are_the_published_ones() {
         // The first eight points of dimensions 1 to 4 (Joe and Kuo's own generator prints them in Gray-code order; here
         // in natural order: point i of dimension 1 is the radical inverse of i).
-        let eighths = |i: u32| reversed_points(i).map(|v| v.reverse_bits() >> 29);
+        let unshuffled = |i: u32| {
+            let index = Index::new(i, u32::MAX);
+            SobolSet { key: [0; 2], set: 0, low: index.low, index }
+        };
+        let eighths = |i: u32| [0, 1, 2, 3].map(|d| unshuffled(i).reversed_point(d).reverse_bits() >> 29);
         assert_eq!((0..8).map(|i| eighths(i)[0]).collect::<Vec<_>>(), [0, 4, 2, 6, 1, 5, 3, 7]);
         assert_eq!((0..8).map(|i| eighths(i)[1]).collect::<Vec<_>>(), [0, 4, 6, 2, 5, 1, 3, 7]);
         for d in 0..4 {

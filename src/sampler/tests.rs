@@ -22,7 +22,7 @@ fn sobol_prefixes_of_powers_of_two_fill_every_elementary_interval() {
         for set in [0, 2, 3, 17] {
             for block in 0..3 {
                 let points: Vec<_> =
-                    (block * n..(block + 1) * n).map(|i| SOBOL.stream(3, 5, i).set(set).pair().into()).collect();
+                    (block * n..(block + 1) * n).map(|i| SOBOL.stream(3, 5, i).set(set, 2).pair().into()).collect();
                 for k in 0..=log {
                     let (w, h) = (1usize << k, 1usize << (log - k));
                     assert_eq!(cells_with_one(&points, w, h), n as usize, "set {set}, block {block}, {w}×{h} cells");
@@ -35,7 +35,7 @@ fn sobol_prefixes_of_powers_of_two_fill_every_elementary_interval() {
 #[test]
 fn sobol_stratifies_each_dimension_alone() {
     for d in 0..4 {
-        let points: Vec<_> = (0..256).map(|i| (SOBOL.stream(0, 0, i).set(9).get(d), 0.0)).collect();
+        let points: Vec<_> = (0..256).map(|i| (SOBOL.stream(0, 0, i).set(9, 4).get(d), 0.0)).collect();
         assert_eq!(cells_with_one(&points, 256, 1), 256, "dimension {d}");
     }
 }
@@ -50,7 +50,7 @@ fn worst_mean(sampler: Sampler) -> f64 {
         for pixel in 0..16 {
             let mut sum = [0.0f64; 4];
             for i in 0..n {
-                let numbers = sampler.stream(pixel, 2 * pixel, i).set(set);
+                let numbers = sampler.stream(pixel, 2 * pixel, i).set(set, 4);
                 for (d, s) in sum.iter_mut().enumerate() {
                     let u = numbers.get(d);
                     assert!((0.0..1.0).contains(&u), "{u}");
@@ -85,7 +85,7 @@ fn pixels_sets_and_numbers_are_uncorrelated() {
                 for y in 0..n {
                     for x in 0..n {
                         let s = sampler.stream(x, y, index);
-                        r += f64::from(s.set(set_a).get(a) - 0.5) * f64::from(s.set(set_b).get(b) - 0.5);
+                        r += f64::from(s.set(set_a, 4).get(a) - 0.5) * f64::from(s.set(set_b, 4).get(b) - 0.5);
                     }
                 }
                 let z = r * 12.0 / f64::from(n);
@@ -97,12 +97,30 @@ fn pixels_sets_and_numbers_are_uncorrelated() {
         let other = Sampler { seed: sampler.seed + 1, ..sampler };
         for y in 0..64 {
             for x in 0..64 {
-                let u = f64::from(sampler.stream(x, y, 0).set(0).get(0)) - 0.5;
-                across += u * (f64::from(sampler.stream(x + 1, y, 0).set(0).get(0)) - 0.5);
-                seeds += u * (f64::from(other.stream(x, y, 0).set(0).get(0)) - 0.5);
+                let u = f64::from(sampler.stream(x, y, 0).set(0, 1).get(0)) - 0.5;
+                across += u * (f64::from(sampler.stream(x + 1, y, 0).set(0, 1).get(0)) - 0.5);
+                seeds += u * (f64::from(other.stream(x, y, 0).set(0, 1).get(0)) - 0.5);
             }
         }
         assert!((across * 12.0 / 64.0f64).abs() < 5.0, "{sampler:?} neighbouring pixels: {across}");
         assert!((seeds * 12.0 / 64.0f64).abs() < 5.0, "{sampler:?} seeds: {seeds}");
+    }
+}
+
+#[test]
+fn a_batch_holds_the_numbers_of_each_stream() {
+    let mut batch = Batch::default();
+    for sampler in [SOBOL, INDEPENDENT] {
+        // Not a multiple of the lanes; indices below, across and above the shuffled bits.
+        let indices = (0..37).chain(65_530..65_541).chain([1 << 20, u32::MAX]);
+        let streams: Vec<_> = indices.enumerate().map(|(i, index)| sampler.stream(i as u32 / 3, 7, index)).collect();
+        batch.fill_film(streams.iter().copied());
+        streams.iter().enumerate().for_each(|(i, s)| assert_eq!(batch.film(i), s.film()));
+        for vertex in [0, 1, 9] {
+            batch.fill_bsdf(vertex, streams.iter().copied());
+            streams.iter().enumerate().for_each(|(i, s)| assert_eq!(batch.bsdf(i), s.bsdf(vertex)));
+            batch.fill_light(vertex, true, streams.iter().copied());
+            streams.iter().enumerate().for_each(|(i, s)| assert_eq!(batch.light(i), s.light(vertex)));
+        }
     }
 }

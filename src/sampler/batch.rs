@@ -1,0 +1,127 @@
+//! The numbers of a whole wave at once, sixteen streams at a time.
+
+use super::sobol::{Index, SobolSet};
+use super::{
+    BSDF_NUMBERS, BsdfUniforms, FILM_NUMBERS, LIGHT_NUMBERS, LightUniforms, SET_FILM, SamplerKind, Set, Stream,
+    bsdf_set, independent, light_set, to_unit,
+};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, u32x16};
+use glam::Vec2;
+
+/// Streams at a time.
+const LANES: usize = 16;
+
+/// One set's numbers for many streams: the same bits that each [`Stream`] gives by itself.
+#[derive(Debug)]
+pub struct Batch {
+    level: Level,
+    sets: Vec<[[f32; LANES]; 4]>,
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        Self { level: Level::new(), sets: Vec::new() }
+    }
+}
+
+impl Batch {
+    /// The positions within the pixel of all streams.
+    pub fn fill_film(&mut self, streams: impl ExactSizeIterator<Item = Stream>) {
+        self.fill(SET_FILM, FILM_NUMBERS, streams);
+    }
+
+    /// The numbers for the bsdf of all streams at path vertex `vertex`, counted from 0.
+    pub fn fill_bsdf(&mut self, vertex: u32, streams: impl ExactSizeIterator<Item = Stream>) {
+        self.fill(bsdf_set(vertex), BSDF_NUMBERS, streams);
+    }
+
+    /// The numbers for the light of all streams at path vertex `vertex`, counted from 0; with a `choice` among lights or
+    /// without.
+    pub fn fill_light(&mut self, vertex: u32, choice: bool, streams: impl ExactSizeIterator<Item = Stream>) {
+        self.fill(light_set(vertex), LIGHT_NUMBERS - usize::from(!choice), streams);
+    }
+
+    /// Stream `i`'s position within the pixel, after [`Self::fill_film`].
+    #[inline]
+    pub fn film(&self, i: usize) -> Vec2 {
+        self.get(i).pair()
+    }
+
+    /// Stream `i`'s numbers, after [`Self::fill_bsdf`].
+    #[inline]
+    pub fn bsdf(&self, i: usize) -> BsdfUniforms {
+        BsdfUniforms(self.get(i))
+    }
+
+    /// Stream `i`'s numbers, after [`Self::fill_light`].
+    #[inline]
+    pub fn light(&self, i: usize) -> LightUniforms {
+        LightUniforms(self.get(i))
+    }
+
+    #[inline]
+    fn get(&self, i: usize) -> Set {
+        let block = &self.sets[i / LANES];
+        let lane = i % LANES;
+        Set([block[0][lane], block[1][lane], block[2][lane], block[3][lane]])
+    }
+
+    fn fill(&mut self, set: u32, wanted: usize, mut streams: impl ExactSizeIterator<Item = Stream>) {
+        self.sets.resize(streams.len().div_ceil(LANES), [[0.0; LANES]; 4]);
+        for block in &mut self.sets {
+            let mut keys = [[0; LANES]; 2];
+            let mut indices = [0; LANES];
+            let mut kind = SamplerKind::Sobol;
+            for (lane, stream) in streams.by_ref().take(LANES).enumerate() {
+                kind = stream.kind;
+                [keys[0][lane], keys[1][lane]] = stream.key;
+                indices[lane] = stream.index;
+            }
+            dispatch!(self.level, simd => compute(simd, kind, &keys, &indices, set, wanted, block));
+        }
+    }
+}
+
+#[inline(always)]
+fn compute<S: Simd>(
+    simd: S,
+    kind: SamplerKind,
+    keys: &[[u32; LANES]; 2],
+    indices: &[u32; LANES],
+    set: u32,
+    wanted: usize,
+    out: &mut [[f32; LANES]; 4],
+) {
+    for unwanted in &mut out[wanted..] {
+        *unwanted = [0.0; LANES];
+    }
+    let key = [u32x16::from_slice(simd, &keys[0]), u32x16::from_slice(simd, &keys[1])];
+    let index = u32x16::from_slice(simd, indices);
+    match kind {
+        SamplerKind::Sobol => {
+            let mut below = 0;
+            for &i in indices {
+                below |= i;
+            }
+            let set = SobolSet::new(key, Index::new(index, below.saturating_add(1)), set);
+            for (d, out) in out.iter_mut().enumerate().take(wanted) {
+                store(set.bits(d), out);
+            }
+        }
+        SamplerKind::Independent => {
+            for (d, out) in out.iter_mut().enumerate().take(wanted) {
+                store(independent::bits(key, index, set, d), out);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn store<S: Simd>(bits: u32x16<S>, out: &mut [f32; LANES]) {
+    let mut words = [0; LANES];
+    bits.store_slice(&mut words);
+    for (out, &word) in out.iter_mut().zip(&words) {
+        *out = to_unit(word);
+    }
+}
