@@ -2,6 +2,9 @@
 
 use crate::math::float::{ONE_MINUS_EPSILON, min};
 
+/// Up to so many ends of intervals are compared one and all, without a branch that chance decides; more are bisected.
+const COUNTED: usize = 16;
+
 /// Picks an index with probability proportional to its weight.
 #[derive(Clone, Debug)]
 pub struct Discrete {
@@ -32,11 +35,16 @@ impl Discrete {
 
     /// An index for the uniform number `u` in [0, 1), and `u` stretched to a new uniform number within that index.
     /// Never an index of weight zero.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: f32) -> (usize, f32) {
         let u = f64::from(u);
         // The last index whose lower end is at most u: skips empty intervals, whose two ends coincide.
-        let index = self.cumulative.partition_point(|&c| c <= u).clamp(1, self.cumulative.len() - 1) - 1;
+        let below = if self.cumulative.len() <= COUNTED {
+            self.cumulative.iter().map(|&c| usize::from(c <= u)).sum()
+        } else {
+            self.cumulative.partition_point(|&c| c <= u)
+        };
+        let index = below.clamp(1, self.cumulative.len() - 1) - 1;
         let (low, high) = (self.cumulative[index], self.cumulative[index + 1]);
         (index, min(((u - low) / (high - low)) as f32, ONE_MINUS_EPSILON))
     }

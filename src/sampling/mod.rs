@@ -1,6 +1,11 @@
 //! The mathematics of sampling: warps with their densities, discrete distributions, multiple importance sampling.
 
+#[cfg(test)]
+pub(crate) mod chi_square;
 pub mod distribution;
 pub mod mis;
 pub mod pdf;
 pub mod warp;
+
+#[cfg(test)]
+mod tests;
