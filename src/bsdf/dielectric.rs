@@ -1,6 +1,6 @@
 //! A smooth interface between two dielectrics: reflection and refraction by Fresnel's and Snell's laws.
 
-use super::{BsdfSample, Lobes, fresnel};
+use super::{BsdfSample, Lobes, NOTHING, fresnel};
 use crate::math::float::sqr;
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -22,15 +22,11 @@ impl Dielectric {
     }
 
     pub(super) fn lobes(&self) -> Lobes {
-        Lobes { smooth: false, delta: true, transmits: true }
+        Lobes { smooth: false, delta: true, transmits: true, anisotropic: false }
     }
 
-    pub(super) fn eval(&self, _wo: Vec3, _wi: Vec3) -> Rgb {
-        Rgb::BLACK
-    }
-
-    pub(super) fn pdf(&self, _wo: Vec3, _wi: Vec3) -> SolidAnglePdf {
-        SolidAnglePdf(0.0)
+    pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        NOTHING
     }
 
     #[inline]

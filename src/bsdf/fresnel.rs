@@ -8,13 +8,14 @@ use crate::spectrum::Rgb;
 pub(super) struct Interface {
     /// Reflectance in [0, 1].
     pub(super) reflectance: f32,
+    /// 1 − reflectance, which keeps its digits where nearly everything is reflected.
+    pub(super) transmittance: f32,
     /// |cos| of the refracted direction; 0 under total internal reflection.
     pub(super) cos_t: f32,
 }
 
 /// A dielectric interface for light that meets it under the cosine `cos_i` in [0, 1], where `eta` is the index of
-/// refraction beyond the interface relative to that in front of it (Born and Wolf, *Principles of Optics*, section
-/// 1.5.2).
+/// refraction beyond the interface relative to that in front of it.
 #[inline]
 pub(super) fn dielectric(cos_i: f32, eta: f32) -> Interface {
     // sin² from (1 − cos)(1 + cos): near grazing it is cos that has the digits, near normal 1 − cos is exact.
@@ -22,12 +23,24 @@ pub(super) fn dielectric(cos_i: f32, eta: f32) -> Interface {
     let cos2_t = 1.0 - sin2_i / sqr(eta);
     // Also where cos_i is NaN: no transmission.
     if !(cos2_t > 0.0) {
-        return Interface { reflectance: 1.0, cos_t: 0.0 };
+        return Interface { reflectance: 1.0, transmittance: 0.0, cos_t: 0.0 };
     }
-    let cos_t = cos2_t.sqrt();
-    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-    Interface { reflectance: min(0.5 * (sqr(parallel) + sqr(perpendicular)), 1.0), cos_t }
+    refraction(cos_i, cos2_t.sqrt(), eta)
+}
+
+/// The same where light is known to be refracted, to a direction with the cosine `cos_t` (Born and Wolf, *Principles of
+/// Optics*, section 1.5.2).
+#[inline]
+pub(super) fn refraction(cos_i: f32, cos_t: f32, eta: f32) -> Interface {
+    let (parallel, perpendicular) = (eta * cos_i + cos_t, cos_i + eta * cos_t);
+    let r_parallel = (eta * cos_i - cos_t) / parallel;
+    let r_perpendicular = (cos_i - eta * cos_t) / perpendicular;
+    let through = 2.0 * eta * cos_i * cos_t;
+    Interface {
+        reflectance: min(0.5 * (sqr(r_parallel) + sqr(r_perpendicular)), 1.0),
+        transmittance: min(through / sqr(parallel) + through / sqr(perpendicular), 1.0),
+        cos_t,
+    }
 }
 
 /// Reflectance of a conductor with index η − ik relative to the outside, for light under the cosine `cos_i` in [0, 1],
@@ -70,6 +83,18 @@ mod tests {
         assert!(dielectric(critical + 1e-3, 1.0 / 1.5).reflectance < 1.0);
         // No interface: everything passes, straight on.
         assert!(dielectric(0.3, 1.0).reflectance < 1e-12);
+    }
+
+    #[test]
+    fn transmittance_is_what_is_not_reflected() {
+        for i in 0..=1000 {
+            for eta in [1.0f32, 1.5, 2.4, 1.0 / 1.5, 1.0 + 1e-6] {
+                let interface = dielectric(i as f32 / 1000.0, eta);
+                let sum = interface.reflectance + interface.transmittance;
+                // Where both cosines are 0 everything is 0/0, and counts as reflected.
+                assert!((sum - 1.0).abs() < 1e-6, "cos {i}/1000, eta {eta}: {interface:?}");
+            }
+        }
     }
 
     #[test]

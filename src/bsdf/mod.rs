@@ -3,15 +3,21 @@
 //! Directions are unit vectors in the local shading frame (normal +z) and point *away* from the surface. A bsdf sees no
 //! texture, no world space and no random generator: its numbers are arguments.
 
+mod beckmann;
 mod conductor;
 mod dielectric;
 mod diffuse;
 mod fresnel;
-mod ggx;
+mod microfacet;
+mod rough_conductor;
+mod rough_dielectric;
 
-pub use conductor::RoughConductor;
+pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use microfacet::{Distribution, Microfacets};
+pub use rough_conductor::RoughConductor;
+pub use rough_dielectric::RoughDielectric;
 
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -23,11 +29,18 @@ use glam::Vec3;
 pub enum Bsdf {
     /// Lambertian reflection.
     Diffuse(Diffuse),
+    /// A mirror of metal.
+    Conductor(Conductor),
     /// Microfacets of metal.
     RoughConductor(RoughConductor),
     /// A smooth interface.
     Dielectric(Dielectric),
+    /// Microfacets of an interface.
+    RoughDielectric(RoughDielectric),
 }
+
+/// Value and density of a direction that a bsdf cannot scatter to.
+const NOTHING: (Rgb, SolidAnglePdf) = (Rgb::BLACK, SolidAnglePdf(0.0));
 
 /// A direction sampled from a bsdf.
 #[derive(Clone, Copy, Debug)]
@@ -52,34 +65,52 @@ pub struct Lobes {
     pub delta: bool,
     /// Light passes through.
     pub transmits: bool,
+    /// It matters where the tangents point, not only the normal.
+    pub anisotropic: bool,
 }
 
 macro_rules! each {
     ($self:ident, $b:ident => $e:expr) => {
         match $self {
             Bsdf::Diffuse($b) => $e,
+            Bsdf::Conductor($b) => $e,
             Bsdf::RoughConductor($b) => $e,
             Bsdf::Dielectric($b) => $e,
+            Bsdf::RoughDielectric($b) => $e,
         }
     };
 }
 
 impl Bsdf {
-    /// f(wo, wi)·|cos θi|, in sr⁻¹ (times the cosine); delta lobes count as zero.
-    #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Rgb {
-        each!(self, b => b.eval(wo, wi))
+    /// f(wo, wi)·|cos θi|, in sr⁻¹ (times the cosine), and the density with which [`Self::sample`] finds `wi`; delta lobes
+    /// count as zero in both. One call, because the two share most of their work.
+    #[inline(always)]
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        match self {
+            Self::Diffuse(b) => b.eval_pdf(wo, wi),
+            other => other.eval_pdf_apart(&wo, &wi),
+        }
     }
 
-    /// Density with which [`Self::sample`] finds `wi`; delta lobes count as zero.
-    #[inline]
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> SolidAnglePdf {
-        each!(self, b => b.pdf(wo, wi))
+    /// What is not worth a place in the loop over paths. By reference: a vector that is copied just after it was made
+    /// keeps the processor waiting.
+    #[inline(never)]
+    fn eval_pdf_apart(&self, &wo: &Vec3, &wi: &Vec3) -> (Rgb, SolidAnglePdf) {
+        each!(self, b => b.eval_pdf(wo, wi))
     }
 
     /// A direction; `None` means that this sample carries no energy and the path ends.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        match self {
+            Self::Diffuse(b) => b.sample(wo, u),
+            other => other.sample_apart(&wo, &u),
+        }
+    }
+
+    /// See [`Self::eval_pdf_apart`].
+    #[inline(never)]
+    fn sample_apart(&self, &wo: &Vec3, &u: &BsdfUniforms) -> Option<BsdfSample> {
         each!(self, b => b.sample(wo, u))
     }
 
@@ -110,10 +141,15 @@ impl Material {
         }
     }
 
-    /// Whether any side has delta lobes, and whether any transmits.
+    /// What either side has.
     pub fn lobes(&self) -> Lobes {
         let (f, b) = (self.front.lobes(), self.back.as_ref().map_or(self.front.lobes(), Bsdf::lobes));
-        Lobes { smooth: f.smooth || b.smooth, delta: f.delta || b.delta, transmits: f.transmits || b.transmits }
+        Lobes {
+            smooth: f.smooth || b.smooth,
+            delta: f.delta || b.delta,
+            transmits: f.transmits || b.transmits,
+            anisotropic: f.anisotropic || b.anisotropic,
+        }
     }
 }
 

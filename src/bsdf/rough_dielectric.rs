@@ -1,0 +1,136 @@
+//! A rough interface between two dielectrics: microfacets that reflect and refract by Fresnel's and Snell's laws (Walter
+//! et al. 2007).
+//!
+//! With η the index of refraction beyond the interface relative to that on the side of wo, the generalised half vector is
+//! h = wo + wi for reflection and h = wo + η·wi for refraction; m is its direction. Radiance that enters a denser medium is
+//! compressed by η² (Veach 1997, section 5.2), which cancels the η² of Walter's equation 21:
+//!
+//! reflection  f·|cos θi| = R·F·D·G / (4·|cos θo|), refraction  f·|cos θi| = T·(1−F)·D·G·|wo·m|·|wi·m| / (|cos θo|·|h|²).
+
+use super::microfacet::{Microfacets, View};
+use super::{Bsdf, BsdfSample, Dielectric, Lobes, NOTHING, fresnel};
+use crate::math::float::{min, sqr};
+use crate::sampler::BsdfUniforms;
+use crate::sampling::pdf::SolidAnglePdf;
+use crate::spectrum::Rgb;
+use glam::Vec3;
+
+/// A rough interface; the normal points to the outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughDielectric {
+    facets: Microfacets,
+    eta: f32,
+    reflectance: Rgb,
+    transmittance: Rgb,
+}
+
+/// One way through the interface.
+struct Crossing {
+    /// Index beyond relative to that on the side of wo.
+    eta: f32,
+    /// wo·m, positive.
+    cos_o: f32,
+    /// |wi·m|.
+    cos_i: f32,
+}
+
+impl Crossing {
+    /// d(m)/d(wi) (Walter et al. 2007, equation 17), without the η² of the denser side: |wi·m| / |h|².
+    #[inline]
+    fn jacobian(&self) -> f32 {
+        // |h| = |cos_o − η·cos_i|, which by Snell's law is |η² − 1| / (cos_o + η·cos_i): no cancellation near η = 1.
+        self.cos_i * sqr((self.cos_o + self.eta * self.cos_i) / ((self.eta - 1.0) * (self.eta + 1.0)))
+    }
+}
+
+impl RoughDielectric {
+    /// The narrowest lobe of refraction that directions in f32 can tell anything about, as |η − 1|·min(α, 1). Reason: the half
+    /// vector of refraction is a difference of size |η − 1|, in which a direction's rounding of 2⁻²⁴ must be well below α.
+    const NARROWEST_LOBE: f32 = 4e-6;
+
+    /// From microfacets, the index of refraction inside relative to outside, and factors on what is reflected and
+    /// transmitted. Where there is next to no contrast the interface is a smooth one, which then looks the same.
+    pub fn bsdf(facets: Microfacets, eta: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
+        if (eta - 1.0).abs() * min(facets.smallest_alpha(), 1.0) < Self::NARROWEST_LOBE {
+            return Bsdf::Dielectric(Dielectric::new(eta, reflectance, transmittance));
+        }
+        Bsdf::RoughDielectric(Self { facets, eta, reflectance, transmittance })
+    }
+
+    pub(super) fn lobes(&self) -> Lobes {
+        Lobes { smooth: true, delta: false, transmits: true, anisotropic: self.facets.is_anisotropic() }
+    }
+
+    /// Index beyond the interface relative to that on the side of `w`.
+    #[inline]
+    fn eta_seen_from(&self, w: Vec3) -> f32 {
+        if w.z > 0.0 { self.eta } else { 1.0 / self.eta }
+    }
+
+    #[inline(never)]
+    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        if wo.z == 0.0 || wi.z == 0.0 {
+            return NOTHING;
+        }
+        let reflects = (wo.z > 0.0) == (wi.z > 0.0);
+        let eta = self.eta_seen_from(wo);
+        let Some(m) = (if reflects { wo + wi } else { wo + eta * wi }).try_normalize() else { return NOTHING };
+        let m = if m.z < 0.0 { -m } else { m };
+        let (dot_o, dot_i) = (wo.dot(m), wi.dot(m));
+        // Microfacets are seen from the same side as the surface, both ways.
+        if !(dot_o * wo.z > 0.0 && dot_i * wi.z > 0.0) {
+            return NOTHING;
+        }
+        let (cos_o, cos_i) = (min(dot_o.abs(), 1.0), dot_i.abs());
+        let view = self.facets.view(wo);
+        let d = self.facets.d(m);
+        let (masking, visible) = (view.masking / wo.z.abs() * self.facets.g1(wi, m), view.visible / wo.z.abs());
+        if reflects {
+            let p = 0.25 * d * fresnel::dielectric(cos_o, eta).reflectance;
+            (self.reflectance * (p * masking), SolidAnglePdf(p * visible))
+        } else {
+            // Both cosines are known; Snell's law would lose the digits of the one near the critical angle.
+            let transmittance = fresnel::refraction(cos_o, cos_i, eta).transmittance;
+            let p = transmittance * d * cos_o * Crossing { eta, cos_o, cos_i }.jacobian();
+            (self.transmittance * (p * masking), SolidAnglePdf(p * visible * sqr(eta)))
+        }
+    }
+
+    #[inline(never)]
+    pub(super) fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        // Seen from below everything is mirrored, and the distribution is its own mirror image.
+        let side = 1.0f32.copysign(wo.z);
+        let mirror = Vec3::new(1.0, 1.0, side);
+        let above = wo * mirror;
+        let m = self.facets.sample_visible(above, u.direction());
+        let cos_o = min(above.dot(m), 1.0);
+        if !(cos_o > 0.0) {
+            return None;
+        }
+        let eta = self.eta_seen_from(wo);
+        let interface = fresnel::dielectric(cos_o, eta);
+        let view = self.facets.view(above);
+        let density = self.facets.visible_pdf(above, view, m);
+        let sample = if u.lobe() < interface.reflectance {
+            let wi = (2.0 * cos_o * m - above).normalize();
+            let pdf = interface.reflectance * density / (4.0 * cos_o);
+            (wi.z > 0.0).then(|| self.sample_of(wi, view, m, self.reflectance, pdf, 1.0))
+        } else {
+            let wi = ((cos_o / eta - interface.cos_t) * m - above / eta).normalize();
+            let jacobian = Crossing { eta, cos_o, cos_i: interface.cos_t }.jacobian() * sqr(eta);
+            let pdf = interface.transmittance * density * jacobian;
+            (wi.z < 0.0).then(|| self.sample_of(wi, view, m, self.transmittance, pdf, eta))
+        };
+        sample.map(|s| BsdfSample { wi: s.wi * mirror, ..s }).filter(|s| s.pdf.is_some_and(|p| p.0 > 0.0))
+    }
+
+    /// The sample of a direction with density `pdf`, across which the index of refraction changes by `eta`.
+    #[inline]
+    fn sample_of(&self, wi: Vec3, view: View, m: Vec3, factor: Rgb, pdf: f32, eta: f32) -> BsdfSample {
+        let g = self.facets.g1(wi, m) * (view.masking / view.visible);
+        BsdfSample { wi, weight: factor * (g / sqr(eta)), pdf: Some(SolidAnglePdf(pdf)), eta }
+    }
+}

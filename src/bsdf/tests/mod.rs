@@ -1,0 +1,131 @@
+//! The laws that every bsdf obeys, for a table of configurations; and that they catch a bsdf which breaks one.
+
+mod albedo;
+mod falsified;
+mod laws;
+mod mitsuba;
+mod table;
+
+use super::*;
+use crate::sampler::{Sampler, SamplerKind};
+use table::{Row, directions, table};
+
+/// What the laws ask: of a bsdf, or of a falsified one.
+trait Subject {
+    fn value_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf);
+    fn draw(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample>;
+}
+
+impl Subject for Bsdf {
+    fn value_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        self.eval_pdf(wo, wi)
+    }
+
+    fn draw(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        self.sample(wo, u)
+    }
+}
+
+fn uniform(seed: u64, i: u32) -> BsdfUniforms {
+    Sampler { kind: SamplerKind::Independent, seed }.stream(0, 0, i).bsdf(0)
+}
+
+fn all_laws_hold(law: impl Fn(&Row, Vec3) -> Result<(), String>) {
+    let mut failures = Vec::new();
+    for row in table() {
+        for wo in directions(row.bsdf.lobes().transmits) {
+            if let Err(failure) = law(&row, wo) {
+                failures.push(format!("{}, wo {wo}: {failure}", row.name));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{} failures:\n{}", failures.len(), failures.join("\n"));
+}
+
+/// Hypothesis of each test: samples have the stated density. 5·10⁴ samples a test; the family is every row with a density
+/// times its directions, however the tests below share it, with a false-alarm rate of 1 % altogether; the seeds are fixed.
+fn samples_follow_the_density(of: impl Fn(&str) -> bool) {
+    let rows = table().into_iter().filter(|row| row.bsdf.lobes().smooth);
+    let tests = rows.map(|row| directions(row.bsdf.lobes().transmits).count()).sum();
+    all_laws_hold(|row, wo| {
+        let asked = row.bsdf.lobes().smooth && of(&row.name);
+        if asked { laws::density(&row.bsdf, wo, tests) } else { Ok(()) }
+    });
+}
+
+#[test]
+fn samples_of_ggx_follow_the_density() {
+    samples_follow_the_density(|name| name.contains("Ggx"));
+}
+
+#[test]
+fn samples_of_beckmann_follow_the_density() {
+    samples_follow_the_density(|name| name.contains("Beckmann"));
+}
+
+#[test]
+fn samples_of_all_others_follow_the_density() {
+    samples_follow_the_density(|name| !name.contains("Ggx") && !name.contains("Beckmann"));
+}
+
+#[test]
+fn weights_are_value_over_density() {
+    all_laws_hold(|row, wo| laws::weight(&row.bsdf, wo));
+}
+
+#[test]
+fn no_energy_comes_out_of_nothing() {
+    all_laws_hold(|row, wo| laws::energy(&row.bsdf, wo, row.gain));
+}
+
+#[test]
+fn values_are_reciprocal() {
+    all_laws_hold(|row, wo| laws::reciprocity(&row.bsdf, wo, row.eta));
+}
+
+#[test]
+fn one_sided_bsdfs_are_black_from_behind_and_let_nothing_through() {
+    for row in table().iter().filter(|row| !row.bsdf.lobes().transmits) {
+        for w in directions(false) {
+            for (wo, wi) in [(-w, w), (w, -w), (-w, -w)] {
+                assert_eq!(row.bsdf.eval_pdf(wo, wi), NOTHING, "{}", row.name);
+            }
+            assert!((0..10).all(|i| row.bsdf.sample(-w, uniform(1, i)).is_none()), "{}", row.name);
+        }
+    }
+}
+
+#[test]
+fn edges_of_the_parameters_stay_finite() {
+    for (name, bsdf) in table::extremes() {
+        for wo in table::edge_directions() {
+            for i in 0..200 {
+                let sample = bsdf.sample(wo, uniform(9, i));
+                if let Some(s) = sample {
+                    let pdf = s.pdf.map_or(1.0, |p| p.0);
+                    let good = s.wi.is_finite() && s.weight.is_finite() && s.eta > 0.0 && pdf > 0.0 && pdf.is_finite();
+                    assert!(good, "{name}, wo {wo}: {s:?}");
+                    assert!((s.wi.length() - 1.0).abs() < 1e-5, "{name}, wo {wo}: {s:?}");
+                }
+                for wi in sample.map(|s| s.wi).into_iter().chain(table::edge_directions().nth(i as usize)) {
+                    let (f, p) = bsdf.eval_pdf(wo, wi);
+                    let good = f.is_finite() && f.0.min_element() >= 0.0 && p.0 >= 0.0 && p.0.is_finite();
+                    assert!(good, "{name}, wo {wo}, wi {wi}: {f:?} {p:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_interface_without_contrast_is_not_there() {
+    // Equal indices: everything goes straight on, for a smooth interface and for a rough one.
+    let facets = Microfacets::new(Distribution::Ggx, 0.3, 0.3);
+    let smooth = Bsdf::Dielectric(Dielectric::new(1.0, Rgb::WHITE, Rgb::WHITE));
+    for bsdf in [smooth, RoughDielectric::bsdf(facets, 1.0, Rgb::WHITE, Rgb::WHITE)] {
+        for wo in directions(true) {
+            let s = bsdf.sample(wo, uniform(2, 7)).unwrap();
+            assert!((s.wi + wo).length() < 1e-6 && s.weight == Rgb::WHITE && s.pdf.is_none(), "{s:?}");
+        }
+    }
+}
