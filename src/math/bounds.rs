@@ -42,22 +42,6 @@ impl Bounds {
     pub fn extent(&self) -> Vec3 {
         self.max - self.min
     }
-
-    /// The middle.
-    #[inline]
-    pub fn centre(&self) -> Vec3 {
-        self.min * 0.5 + self.max * 0.5
-    }
-
-    /// Half of the surface area, zero where empty: the measure of the surface area heuristic.
-    #[inline]
-    pub fn half_area(&self) -> f32 {
-        if self.is_empty() {
-            return 0.0;
-        }
-        let e = self.extent();
-        e.x * e.y + e.y * e.z + e.z * e.x
-    }
 }
 
 /// An axis-aligned box in double precision, for what happens before the scene is rounded to f32.

@@ -3,6 +3,9 @@
 /// The unit roundoff of f32, 2⁻²⁴: one rounded operation has a relative error of at most this.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 
+/// The unit roundoff of f64, 2⁻⁵³.
+pub const UNIT_ROUNDOFF_F64: f64 = f64::EPSILON * 0.5;
+
 /// The largest f32 below one; uniform numbers never exceed it.
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - UNIT_ROUNDOFF;
 

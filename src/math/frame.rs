@@ -28,6 +28,18 @@ impl Frame {
         }
     }
 
+    /// The frame of the unit vector `n` whose first tangent is nearest to `tangent`; that of [`Self::from_normal`] where
+    /// `tangent` is along `n`, or zero.
+    #[inline]
+    pub fn from_tangent(n: Vec3, tangent: Vec3) -> Self {
+        let across = |v: Vec3| (v - n * n.dot(v)).try_normalize();
+        // Twice, because what cancellation leaves may still lean towards n (Parlett 1998, section 6.9: twice is enough).
+        match across(tangent).and_then(across) {
+            Some(s) => Self { s, t: n.cross(s), n },
+            None => Self::from_normal(n),
+        }
+    }
+
     /// World to local.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {

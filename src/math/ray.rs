@@ -12,7 +12,7 @@ pub struct Ray {
     pub o: Vec3,
     /// Start of the interval, in units of `d`; 0 but for camera rays with a near clip plane.
     pub tmin: f32,
-    /// Direction, not zero.
+    /// Direction; of the segment between two points that round to the same it is zero, and it meets nothing.
     pub d: Vec3,
     /// End of the interval, in units of `d`; infinite where nothing bounds the ray.
     pub tmax: f32,
@@ -23,6 +23,12 @@ impl Ray {
     #[inline]
     pub fn new(o: Vec3, d: Vec3) -> Self {
         Self { o, tmin: 0.0, d, tmax: f32::INFINITY }
+    }
+
+    /// Whether the distance `t` lies in the open interval.
+    #[inline]
+    pub fn contains(&self, t: f64) -> bool {
+        t > f64::from(self.tmin) && t < f64::from(self.tmax)
     }
 
     /// The open segment from `a` to `b`.

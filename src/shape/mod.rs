@@ -3,14 +3,41 @@
 //! Shapes describe themselves; [`crate::accel`] reads the description. Coordinates are the compiled scene's: f32, the
 //! centre of the scene at the origin, the largest coordinate of any surface between one half and one.
 
+pub mod cylinder;
+pub mod disk;
 pub mod offset;
 pub mod sphere;
 pub mod surface;
+pub mod tangent;
+pub mod touch;
 pub mod triangle;
 
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use glam::Vec3;
+
+/// Which primitive a ray met.
+///
+/// Only the identity: the distance and the point are computed from it, once, by [`crate::shape`], so that they do not
+/// depend on who found the hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Hit {
+    /// Index of the shape, or [`Hit::NONE`]'s.
+    pub shape: u32,
+    /// Index of the primitive in the shape: the face of a mesh, 0 of a quadric.
+    pub primitive: u32,
+}
+
+impl Hit {
+    /// No hit.
+    pub const NONE: Self = Self { shape: u32::MAX, primitive: u32::MAX };
+
+    /// Whether there is one.
+    #[inline]
+    pub fn is_some(self) -> bool {
+        self.shape != u32::MAX
+    }
+}
 
 /// A surface of the compiled scene. Its index in [`crate::scene::Scene::shapes`] is its id.
 #[derive(Clone, Debug)]
@@ -19,14 +46,18 @@ pub enum Shape {
     Mesh(TriangleMesh),
     /// A sphere.
     Sphere(sphere::Sphere),
+    /// A flat ellipse.
+    Disk(disk::Disk),
+    /// The side of a cylinder.
+    Cylinder(cylinder::Cylinder),
 }
 
 impl Shape {
-    /// How many primitives it has: faces of a mesh, 1 of a sphere.
+    /// How many primitives it has: faces of a mesh, 1 of a quadric.
     pub fn primitive_count(&self) -> usize {
         match self {
             Self::Mesh(mesh) => mesh.faces.len(),
-            Self::Sphere(_) => 1,
+            Self::Sphere(_) | Self::Disk(_) | Self::Cylinder(_) => 1,
         }
     }
 
@@ -35,11 +66,27 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => Bounds::of(mesh.triangle(primitive)),
             Self::Sphere(sphere) => sphere.bounds(),
+            Self::Disk(disk) => disk.bounds(),
+            Self::Cylinder(cylinder) => cylinder.bounds(),
+        }
+    }
+
+    /// Distance at which `ray` meets a primitive in its open interval, in units of its direction, rounded from f64.
+    #[inline]
+    pub fn intersect(&self, primitive: u32, ray: &Ray) -> Option<f32> {
+        match self {
+            Self::Mesh(mesh) => {
+                let [v0, v1, v2] = mesh.triangle(primitive);
+                triangle::WatertightRay::new(ray).intersect(v0, v1, v2)
+            }
+            Self::Sphere(sphere) => sphere.intersect(ray),
+            Self::Disk(disk) => disk.intersect(ray),
+            Self::Cylinder(cylinder) => cylinder.intersect(ray),
         }
     }
 
     /// Distance, in units of the direction, at which `ray` meets a primitive that an accelerator says it meets; see
-    /// [`triangle::resolve`] and [`sphere::Sphere::resolve`].
+    /// [`triangle::resolve`], [`sphere::Sphere::resolve`], [`disk::Disk::resolve`] and [`cylinder::Cylinder::resolve`].
     #[inline]
     pub fn resolve_distance(&self, primitive: u32, ray: &Ray) -> f64 {
         match self {
@@ -48,6 +95,8 @@ impl Shape {
                 triangle::resolve(ray, v0, v1, v2).t
             }
             Self::Sphere(sphere) => sphere.resolve(ray),
+            Self::Disk(disk) => disk.resolve(ray),
+            Self::Cylinder(cylinder) => cylinder.resolve(ray),
         }
     }
 }
@@ -81,7 +130,8 @@ impl TriangleMesh {
     /// The three vertices of a triangle.
     #[inline]
     pub fn triangle(&self, face: u32) -> [Vec3; 3] {
-        self.faces[face as usize].map(|i| self.positions[i as usize])
+        let [a, b, c] = self.faces[face as usize];
+        [self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]]
     }
 
     /// This mesh with its planes computed once and for all: 16 bytes a triangle for a square root and a division a hit.
@@ -104,7 +154,7 @@ impl TriangleMesh {
     /// The plane of a triangle.
     #[inline]
     pub fn plane(&self, face: u32) -> Plane {
-        self.planes.get(face as usize).copied().unwrap_or_else(|| self.compute_plane(face))
+        if self.planes.is_empty() { self.compute_plane(face) } else { self.planes[face as usize] }
     }
 
     fn compute_plane(&self, face: u32) -> Plane {

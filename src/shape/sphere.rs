@@ -20,16 +20,35 @@ pub struct Sphere {
     pub flip: bool,
 }
 
+/// By what part of f², f leading from the centre to the origin, the discriminant must be below zero to be so whatever its
+/// rounding: dot products of three f32 differences, their product and difference are off by less than 2⁻⁴⁹·a·f².
+const CERTAIN_MISS: f64 = 1.0 / (1u64 << 46) as f64;
+
 impl Sphere {
     /// Distance to the nearest point of the surface, met from outside or inside, in the ray's open interval, in units of
     /// its direction, rounded from f64.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<f32> {
+        if self.is_passed(ray) {
+            return None;
+        }
         let (discriminant, roots) = self.roots(ray);
         if discriminant < 0.0 {
             return None;
         }
-        roots.into_iter().find(|&t| in_interval(ray, t)).map(|t| t as f32)
+        roots.into_iter().find(|&t| ray.contains(t)).map(|t| t as f32)
+    }
+
+    /// Whether the ray certainly meets nothing, for it starts outside and leads away or past: most do, and that takes no
+    /// division.
+    #[inline]
+    fn is_passed(&self, ray: &Ray) -> bool {
+        let d = ray.d.as_dvec3();
+        let r = f64::from(self.radius);
+        let f: DVec3 = ray.o.as_dvec3() - self.centre.as_dvec3();
+        let (a, b, distance2) = (d.dot(d), -f.dot(d), f.dot(f));
+        let c = distance2 - r * r;
+        c > 0.0 && (b < 0.0 || b * b < a * (c - CERTAIN_MISS * distance2))
     }
 
     /// Distance at which `ray` meets the sphere that an accelerator says it meets, in f64. Never fails: of a line that
@@ -37,7 +56,7 @@ impl Sphere {
     #[inline]
     pub fn resolve(&self, ray: &Ray) -> f64 {
         let (_, roots) = self.roots(ray);
-        if in_interval(ray, roots[0]) { roots[0] } else { roots[1] }
+        if ray.contains(roots[0]) { roots[0] } else { roots[1] }
     }
 
     /// A box that contains it, whatever the rounding of c ± r.
@@ -58,23 +77,23 @@ impl Sphere {
         let d = ray.d.as_dvec3();
         let r = f64::from(self.radius);
         let f: DVec3 = ray.o.as_dvec3() - self.centre.as_dvec3();
-        let a = d.dot(d);
-        let b = -f.dot(d);
-        let nearest = f + (b / a) * d;
-        let discriminant = r * r - nearest.dot(nearest);
-        if discriminant <= 0.0 {
-            return (discriminant, [b / a; 2]);
-        }
-        let root = (a * discriminant).sqrt();
-        let q = if b < 0.0 { b - root } else { b + root };
-        let (t0, t1) = ((f.dot(f) - r * r) / q, q / a);
-        (discriminant, if t0 < t1 { [t0, t1] } else { [t1, t0] })
+        solve(d.dot(d), -f.dot(d), f.dot(f) - r * r, |t| r * r - (f + t * d).length_squared())
     }
 }
 
+/// δ and the roots of a·t² − 2·b·t + c = 0 in ascending order, as the head says; `discriminant(b/a)` is δ. Twice the
+/// nearest point where δ is not positive.
 #[inline]
-fn in_interval(ray: &Ray, t: f64) -> bool {
-    t > f64::from(ray.tmin) && t < f64::from(ray.tmax)
+pub(super) fn solve(a: f64, b: f64, c: f64, discriminant: impl Fn(f64) -> f64) -> (f64, [f64; 2]) {
+    let nearest = b / a;
+    let discriminant = discriminant(nearest);
+    if discriminant <= 0.0 {
+        return (discriminant, [nearest; 2]);
+    }
+    let root = (a * discriminant).sqrt();
+    let q = if b < 0.0 { b - root } else { b + root };
+    let (t0, t1) = (c / q, q / a);
+    (discriminant, if t0 < t1 { [t0, t1] } else { [t1, t0] })
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@
 //! makes the interval test exact for the f32 inputs, but for the rounding of f64.
 
 use crate::math::ray::Ray;
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 
 /// The number of unit roundoffs of the largest coordinate of v − o that a sheared vertex may be off by.
 pub const SHEAR_ROUNDINGS: u32 = 6;
@@ -40,12 +40,20 @@ const EDGE_ON: f64 = 1.0 / (1u64 << 25) as f64;
 /// A ray, prepared for the triangle test.
 #[derive(Clone, Copy, Debug)]
 pub struct WatertightRay {
-    /// The origin, in the order of the sheared space's axes.
-    origin: [f32; 3],
-    /// d.x/d.z and d.y/d.z.
-    shear: [f32; 2],
+    sheared: ShearedRay,
     /// The same in f64, and the interval.
     exact: ExactRay,
+}
+
+/// The line of a ray, as the test in f32 reads it.
+#[derive(Clone, Copy, Debug)]
+pub struct ShearedRay {
+    /// x, y and z of the sheared space, as axes of the world; z is the dominant one.
+    pub axes: [usize; 3],
+    /// The origin, in the order of `axes`.
+    pub origin: [f32; 3],
+    /// d.x/d.z and d.y/d.z.
+    pub shear: [f32; 2],
 }
 
 /// What the computations in f64 need.
@@ -77,13 +85,9 @@ type Edges<T> = [T; 3];
 
 impl WatertightRay {
     /// Prepares `ray`, whose direction is not zero.
-    #[inline]
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
-        let exact = ExactRay::new(ray);
-        let [x, y, z] = exact.axes;
-        let d = ray.d.to_array();
-        let o = ray.o.to_array();
-        Self { origin: [o[x], o[y], o[z]], shear: [d[x] / d[z], d[y] / d[z]], exact }
+        Self { sheared: ShearedRay::new(ray), exact: ExactRay::new(ray) }
     }
 
     /// Distance to the triangle in units of the direction, rounded from f64, where the ray meets it (from either side)
@@ -91,23 +95,36 @@ impl WatertightRay {
     #[inline]
     pub fn intersect(&self, v0: Vec3, v1: Vec3, v2: Vec3) -> Option<f32> {
         let mut distance = None;
-        self.intersect4(&[v0, v1, v2].map(|v| v.to_array().map(Vec4::splat)), |_, t| {
-            distance = Some(t);
-            true
-        });
+        self.intersect4(
+            &[v0, v1, v2].map(|v| v.to_array().map(Vec4::splat)),
+            |_| true,
+            |_, t| {
+                distance = Some(t);
+                true
+            },
+        );
         distance
     }
 
     /// [`Self::intersect`] for four triangles at once, stored as `v[vertex][axis]` with a lane each. Calls `on_hit` with
-    /// the lane and the distance of each hit until it returns true; returns whether it did.
+    /// the lane and the distance of each hit until it returns true; returns whether it did. Lanes that are not `wanted`
+    /// are no hits.
     #[inline(always)]
-    pub fn intersect4(&self, v: &[[Vec4; 3]; 3], mut on_hit: impl FnMut(usize, f32) -> bool) -> bool {
+    pub fn intersect4(
+        &self,
+        v: &[[Vec4; 3]; 3],
+        wanted: impl Fn(usize) -> bool,
+        mut on_hit: impl FnMut(usize, f32) -> bool,
+    ) -> bool {
         let p = self.shear4(v);
         let edges = edge_functions(&p);
         let mut candidates = candidates(&edges);
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize;
             candidates &= candidates - 1;
+            if !wanted(lane) {
+                continue;
+            }
             let certain = edges.iter().all(|e| e[lane].abs() > 0.0);
             if !certain && !crosses_exactly(p.map(|p| p.map(|c| f64::from(c[lane])))) {
                 continue;
@@ -123,9 +140,7 @@ impl WatertightRay {
     /// The sheared (x', y') of all vertices.
     #[inline(always)]
     fn shear4(&self, v: &[[Vec4; 3]; 3]) -> [[Vec4; 2]; 3] {
-        let [x, y, z] = self.exact.axes;
-        let [ox, oy, oz] = self.origin;
-        let [sx, sy] = self.shear;
+        let ShearedRay { axes: [x, y, z], origin: [ox, oy, oz], shear: [sx, sy] } = self.sheared;
         [0, 1, 2].map(|i| {
             let depth = v[i][z] - oz;
             [(v[i][x] - ox) - sx * depth, (v[i][y] - oy) - sy * depth]
@@ -163,31 +178,50 @@ fn crosses_exactly(p: [[f64; 2]; 3]) -> bool {
     negative != positive
 }
 
+/// The axes of the space that is sheared for direction `d`.
+#[inline(always)]
+fn axes(d: Vec3) -> [usize; 3] {
+    /// In the order of the dominant one.
+    const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+    let size = d.abs();
+    AXES[if size.x > size.y && size.x > size.z {
+        0
+    } else if size.y > size.z {
+        1
+    } else {
+        2
+    }]
+}
+
+impl ShearedRay {
+    /// Prepares the line of `ray`, whose direction is not zero.
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Self {
+        let axes = axes(ray.d);
+        let [x, y, z] = axes;
+        let (o, d) = (ray.o, ray.d);
+        Self { axes, origin: [o[x], o[y], o[z]], shear: [d[x] / d[z], d[y] / d[z]] }
+    }
+}
+
 impl ExactRay {
-    #[inline]
+    #[inline(always)]
     fn new(ray: &Ray) -> Self {
-        let size = ray.d.abs();
-        let z = if size.x > size.y && size.x > size.z {
-            0
-        } else if size.y > size.z {
-            1
-        } else {
-            2
-        };
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let axes = axes(ray.d);
         let d = axes.map(|axis| f64::from(ray.d[axis]));
+        let depth = 1.0 / d[2];
         Self {
             axes,
             origin: axes.map(|axis| f64::from(ray.o[axis])),
-            shear: [d[0] / d[2], d[1] / d[2]],
-            depth: 1.0 / d[2],
+            shear: [d[0] * depth, d[1] * depth],
+            depth,
             tmin: f64::from(ray.tmin),
             tmax: f64::from(ray.tmax),
         }
     }
 
     /// See [`resolve`]; `v[vertex][axis]`.
-    #[inline]
+    #[inline(always)]
     fn resolve(&self, v: [[f64; 3]; 3]) -> TriangleHit {
         let [x, y, z] = self.axes;
         let depth = v.map(|v| v[z] - self.origin[2]);
@@ -200,7 +234,12 @@ impl ExactRay {
         let size = p.iter().flatten().fold(0.0, |m: f64, c| if c.abs() > m { c.abs() } else { m });
         let area = e[0] + e[1] + e[2];
         let inside = (e[0] >= 0.0 && e[1] >= 0.0 && e[2] >= 0.0) || (e[0] <= 0.0 && e[1] <= 0.0 && e[2] <= 0.0);
-        let b = if inside && area.abs() > EDGE_ON * size * size { e.map(|e| e / area) } else { nearest_on_rim(&p) };
+        let b = if inside && area.abs() > EDGE_ON * size * size {
+            let inverse = 1.0 / area;
+            [e[0] * inverse, e[1] * inverse, e[2] * inverse]
+        } else {
+            nearest_on_rim(&p)
+        };
         TriangleHit { b, t: (b[0] * depth[0] + b[1] * depth[1] + b[2] * depth[2]) * self.depth }
     }
 }
@@ -232,18 +271,28 @@ fn nearest_on_rim(p: &[[f64; 2]; 3]) -> [f64; 3] {
 ///
 /// Never fails: where the ray passes beside the triangle, within rounding or not, it is the triangle's nearest point as
 /// seen along the ray. The distance need not lie in the ray's interval.
-#[inline]
+#[inline(never)]
 pub fn resolve(ray: &Ray, v0: Vec3, v1: Vec3, v2: Vec3) -> TriangleHit {
     ExactRay::new(ray).resolve([v0, v1, v2].map(|v| v.to_array().map(f64::from)))
 }
 
+/// A vertex and the edges from there to the others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    pub(super) v0: DVec3,
+    /// v₁ − v₀.
+    pub(super) e1: DVec3,
+    /// v₂ − v₀.
+    pub(super) e2: DVec3,
+}
+
 /// Barycentric coordinates of [`resolve`], faster where the ray truly crosses the triangle: by Möller and Trumbore 1997,
 /// *Fast, Minimum Storage Ray/Triangle Intersection*, in f64. Whatever a nearly edge-on view does to their accuracy, none
-/// is negative and their sum is 1, so the point they give is a point of the triangle.
-#[inline]
-pub fn barycentrics(ray: &Ray, v: [Vec3; 3]) -> [f64; 3] {
-    let [v0, v1, v2] = v.map(|v| v.as_dvec3());
-    let (e1, e2, d) = (v1 - v0, v2 - v0, ray.d.as_dvec3());
+/// is negative and their sum is 1, so the point they give is a point of the triangle. `None` where the ray passes beside
+/// it.
+#[inline(always)]
+pub(super) fn barycentrics(ray: &Ray, &Corner { v0, e1, e2 }: &Corner) -> Option<[f64; 3]> {
+    let d = ray.d.as_dvec3();
     let s = ray.o.as_dvec3() - v0;
     let p = d.cross(e2);
     let inverse = 1.0 / e1.dot(p);
@@ -251,7 +300,7 @@ pub fn barycentrics(ray: &Ray, v: [Vec3; 3]) -> [f64; 3] {
     let b2 = d.dot(s.cross(e1)) * inverse;
     let b0 = 1.0 - b1 - b2;
     // Also where they are not numbers.
-    if b0 >= 0.0 && b1 >= 0.0 && b2 >= 0.0 { [b0, b1, b2] } else { resolve(ray, v[0], v[1], v[2]).b }
+    (b0 >= 0.0 && b1 >= 0.0 && b2 >= 0.0).then_some([b0, b1, b2])
 }
 
 #[cfg(test)]

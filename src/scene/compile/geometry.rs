@@ -1,9 +1,12 @@
 //! Shapes: from object space in f64 to the compiled scene's space in f32.
 
+use crate::accel::Accel;
 use crate::description::{self, Geometry, SceneDescription};
 use crate::error::{Error, Result};
 use crate::math::bounds::DBounds;
 use crate::scene::space::ToScene;
+use crate::shape::cylinder::Cylinder;
+use crate::shape::disk::Disk;
 use crate::shape::sphere::Sphere;
 use crate::shape::{Shape, TriangleMesh};
 use glam::{DMat3, DVec3};
@@ -20,6 +23,14 @@ pub(super) fn bounds(description: &SceneDescription) -> DBounds {
         all.union(match &shape.geometry {
             Geometry::Mesh(mesh) => points(&mesh.positions),
             Geometry::Rectangle => points(&RECTANGLE),
+            Geometry::Disk => {
+                let m = &shape.to_world;
+                ellipse(m.translation, m.matrix3.x_axis, m.matrix3.y_axis)
+            }
+            Geometry::Cylinder { .. } => {
+                let (base, [u, v, h]) = world_cylinder(shape);
+                ellipse(base, u, v).union(ellipse(base + h, u, v))
+            }
             Geometry::Sphere { .. } => {
                 let (centre, radius) = world_sphere(shape).unwrap_or((DVec3::ZERO, 0.0));
                 DBounds { min: centre - DVec3::splat(radius), max: centre + DVec3::splat(radius) }
@@ -40,6 +51,8 @@ pub(super) fn shapes(
             Geometry::Mesh(mesh) => Some(Shape::Mesh(compile_mesh(shape, mesh, to_scene)?)),
             Geometry::Rectangle => Some(Shape::Mesh(compile_rectangle(shape, to_scene)?)),
             Geometry::Sphere { .. } => compile_sphere(shape, to_scene)?,
+            Geometry::Disk => compile_disk(shape, to_scene)?,
+            Geometry::Cylinder { .. } => compile_cylinder(shape, to_scene)?,
         };
         match compiled {
             Some(Shape::Mesh(mut mesh)) => {
@@ -56,8 +69,8 @@ pub(super) fn shapes(
                     kept.push(index);
                 }
             }
-            Some(sphere) => {
-                shapes.push(sphere);
+            Some(quadric) => {
+                shapes.push(quadric);
                 kept.push(index);
             }
             None => warnings.push(format!("{}: '{}' is too small beside the scene to be seen", shape.at, shape.name)),
@@ -67,6 +80,7 @@ pub(super) fn shapes(
 }
 
 fn compile_mesh(shape: &description::Shape, mesh: &description::Mesh, to_scene: &ToScene) -> Result<TriangleMesh> {
+    check_count(shape, mesh.faces.len())?;
     let positions = positions(shape, &mesh.positions, to_scene)?;
     // Normals are covectors: they move with the inverse transpose.
     let normal_matrix = inverse_transpose(shape)?;
@@ -98,11 +112,48 @@ fn compile_sphere(shape: &description::Shape, to_scene: &ToScene) -> Result<Opti
     Ok((radius > 0.0).then_some(Shape::Sphere(Sphere { centre, radius, flip: shape.flip_normals })))
 }
 
+fn compile_disk(shape: &description::Shape, to_scene: &ToScene) -> Result<Option<Shape>> {
+    let m = &shape.to_world;
+    // Mirrored or not, the front is where the transformed normal points.
+    let front = inverse_transpose(shape)? * if shape.flip_normals { DVec3::NEG_Z } else { DVec3::Z };
+    let centre = to_scene.point(m.translation);
+    let [u, v] = [m.matrix3.x_axis, m.matrix3.y_axis].map(|axis| axis * to_scene.unit);
+    if !centre.is_finite() || !u.is_finite() || !v.is_finite() {
+        return Err(not_finite(shape));
+    }
+    Ok(Disk::new(centre, u, v, front).map(Shape::Disk))
+}
+
+fn compile_cylinder(shape: &description::Shape, to_scene: &ToScene) -> Result<Option<Shape>> {
+    inverse_transpose(shape)?;
+    let (base, axes) = world_cylinder(shape);
+    let (base, axes) = (to_scene.point(base), axes.map(|axis| axis * to_scene.unit));
+    if !base.is_finite() || !axes.iter().all(|axis| axis.is_finite()) {
+        return Err(not_finite(shape));
+    }
+    Ok(Cylinder::new(base, axes, shape.flip_normals).map(Shape::Cylinder))
+}
+
+/// The middle of a cylinder's base in world space, the half axes of its cross section, and its axis.
+fn world_cylinder(shape: &description::Shape) -> (DVec3, [DVec3; 3]) {
+    let Geometry::Cylinder { p0, p1, radius } = shape.geometry else { return Default::default() };
+    let along = p1 - p0;
+    let (s, t) = along.normalize_or(DVec3::Z).any_orthonormal_pair();
+    let axes = [s * radius, t * radius, along].map(|axis| shape.to_world.transform_vector3(axis));
+    (shape.to_world.transform_point3(p0), axes)
+}
+
+/// The box around the points c + a·u + b·v with a² + b² ≤ 1.
+fn ellipse(c: DVec3, u: DVec3, v: DVec3) -> DBounds {
+    let reach = (u * u + v * v).map(f64::sqrt);
+    DBounds { min: c - reach, max: c + reach }
+}
+
 /// Centre and radius of a sphere in world space; `None` where the transform makes it something else.
 fn world_sphere(shape: &description::Shape) -> Option<(DVec3, f64)> {
     /// How far the axes of a uniform scale may differ, relatively: a rotation written with six digits is still one.
     const UNIFORM_TOLERANCE: f64 = 1e-4;
-    let Geometry::Sphere { centre, radius } = shape.geometry else { return None };
+    let Geometry::Sphere { centre, radius, .. } = shape.geometry else { return None };
     let m = shape.to_world.matrix3;
     let gram = m.transpose() * m;
     let scale2 = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
@@ -131,6 +182,15 @@ fn not_finite(shape: &description::Shape) -> Error {
     Error::scene(&shape.at, format!("'{}' reaches to where numbers end: a coordinate is not finite", shape.name))
 }
 
+/// Refuses, before anything is made of them, more triangles than the accelerators can number.
+fn check_count(shape: &description::Shape, triangles: usize) -> Result<()> {
+    if triangles <= Accel::MAX_PRIMITIVES {
+        return Ok(());
+    }
+    let (name, most) = (&shape.name, Accel::MAX_PRIMITIVES);
+    Err(Error::scene(&shape.at, format!("'{name}' has {triangles} triangles; at most {most} can be numbered")))
+}
+
 /// Removes triangles without area, which no ray can meet and which have no normal; returns how many.
 fn drop_degenerate(mesh: &mut TriangleMesh) -> usize {
     let before = mesh.faces.len();
@@ -140,4 +200,27 @@ fn drop_degenerate(mesh: &mut TriangleMesh) -> usize {
         (b - a).cross(c - a).try_normalize().is_some()
     });
     before - mesh.faces.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Span;
+    use std::path::Path;
+
+    #[test]
+    fn more_triangles_than_can_be_numbered_are_refused() {
+        let shape = description::Shape {
+            at: Span::whole(Path::new("s.xml")),
+            name: "m.ply".into(),
+            geometry: Geometry::Rectangle,
+            to_world: Default::default(),
+            flip_normals: false,
+            bsdf: description::BsdfId(0),
+            emission: None,
+        };
+        assert!(check_count(&shape, i32::MAX as usize).is_ok());
+        let error = check_count(&shape, 1 << 31).unwrap_err().to_string();
+        assert_eq!(error, "s.xml: 'm.ply' has 2147483648 triangles; at most 2147483647 can be numbered");
+    }
 }

@@ -2,6 +2,7 @@
 
 mod geometry;
 mod look;
+mod tangents;
 
 use super::space::ToScene;
 use super::{Features, FilmSettings, Scene};
@@ -12,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::light::{Light, UniformLightSampler};
 use crate::shape::Shape;
 use glam::{DVec2, DVec3};
+use look::Place;
 use std::time::{Duration, Instant};
 
 /// How to compile.
@@ -29,6 +31,8 @@ pub struct CompileOptions {
 pub struct Compiled {
     /// The scene.
     pub scene: Scene,
+    /// What each of the scene's lights is called, with its place in the file.
+    pub light_names: Vec<String>,
     /// Complaints that were not fatal.
     pub warnings: Vec<String>,
     /// Time that the accelerator took to build.
@@ -46,28 +50,34 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         .get(options.camera)
         .ok_or_else(|| Error::Usage(format!("camera {} was asked for, but the scene has {count}", options.camera)))?;
     let mut warnings = Vec::new();
-    let to_scene = ToScene::fitting(&geometry::bounds(description));
+    let bounds = geometry::bounds(description);
+    let to_scene = ToScene::fitting(&bounds);
     let (shapes, kept) = geometry::shapes(description, &to_scene, &mut warnings)?;
-    let look = look::compile(description, &shapes, &kept, &mut warnings)?;
+    let look = look::compile(description, &shapes, &kept, &Place { bounds, to_scene }, &mut warnings)?;
     let start = Instant::now();
     let accel = Accel::build(options.accelerator, &shapes, options.threads)?;
     let accel_build = start.elapsed();
     let lobes = look.materials.iter().map(crate::bsdf::Material::lobes);
     let infinite_lights: Vec<u32> =
         (0u32..).zip(&look.lights).filter(|(_, l)| matches!(l, Light::Constant(_))).map(|(i, _)| i).collect();
-    let spheres = shapes.iter().filter(|s| matches!(s, Shape::Sphere(_))).count() as u64;
+    let quadrics = shapes.iter().filter(|s| !matches!(s, Shape::Mesh(_))).count() as u64;
+    let count = |kind: fn(&Light) -> bool| look.lights.iter().filter(|l| kind(l)).count() as u64;
     let features = Features {
-        triangles: shapes.iter().map(|s| s.primitive_count() as u64).sum::<u64>() - spheres,
-        spheres,
+        triangles: shapes.iter().map(|s| s.primitive_count() as u64).sum::<u64>() - quadrics,
+        quadrics,
         vertex_normals: shapes.iter().any(|s| matches!(s, Shape::Mesh(m) if !m.normals.is_empty())),
         delta_lobes: lobes.clone().any(|l| l.delta),
         transmission: lobes.clone().any(|l| l.transmits),
-        area_lights: (look.lights.len() - infinite_lights.len()) as u64,
+        anisotropy: lobes.clone().any(|l| l.anisotropic),
+        area_lights: count(|l| matches!(l, Light::Area(_))),
         infinite_lights: infinite_lights.len() as u64,
+        point_lights: count(|l| matches!(l, Light::Point(_))),
     };
     let film = FilmSettings {
         size: (camera.film.width, camera.film.height),
         crop: camera.film.crop,
+        filter: camera.film.filter,
+        sample_border: camera.film.sample_border,
         component_format: camera.film.component_format,
     };
     let scene = Scene {
@@ -76,6 +86,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         shapes,
         appearances: look.appearances,
         materials: look.materials,
+        tangents: look.tangents,
         light_sampler: UniformLightSampler::new(look.lights.len()),
         lights: look.lights,
         infinite_lights,
@@ -84,7 +95,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         unit: to_scene.unit,
         centre: to_scene.centre,
     };
-    Ok(Compiled { scene, warnings, accel_build })
+    Ok(Compiled { scene, light_names: look.light_names, warnings, accel_build })
 }
 
 fn compile_camera(camera: &Camera, to_scene: &ToScene) -> Result<Perspective> {
