@@ -32,6 +32,12 @@ mod embree {
         is_system: bool,
     }
 
+    impl Embree {
+        fn library_file(&self) -> PathBuf {
+            self.library.join(library_name(self.major))
+        }
+    }
+
     pub(crate) fn compile_shim() {
         println!("cargo::rerun-if-changed=ffi/embree_shim.c");
         println!("cargo::rerun-if-changed=ffi/embree_shim.h");
@@ -49,6 +55,11 @@ mod embree {
             if env::var("CARGO_CFG_TARGET_FAMILY").is_ok_and(|family| family == "unix") {
                 println!("cargo::rustc-link-arg=-Wl,-rpath,{}", found.library.display());
             }
+        }
+        // Another Embree in the same place has to be compiled against anew.
+        let headers = found.include.join(format!("embree{}", found.major));
+        for file in [headers.join("rtcore_config.h"), headers.join("rtcore.h"), found.library_file()] {
+            println!("cargo::rerun-if-changed={}", file.display());
         }
         if let Err(error) = build.try_compile("embree_shim") {
             let message = format!("ffi/embree_shim.c does not compile against {}: {error}", found.include.display());
@@ -113,7 +124,7 @@ mod embree {
         let found = MAJORS.iter().find_map(|&major| {
             let include = prefix.join("include");
             let has_header = include.join(format!("embree{major}/rtcore.h")).is_file();
-            let library = library_dirs(prefix).into_iter().find(|dir| has_library(dir, major))?;
+            let library = library_dirs(prefix).into_iter().find(|dir| dir.join(library_name(major)).is_file())?;
             has_header.then(|| Embree { major, include, library, is_system: prefix == Path::new(SYSTEM_PREFIX) })
         });
         if found.is_none() {
@@ -129,14 +140,13 @@ mod embree {
         ["lib".to_owned(), "lib64".to_owned(), format!("lib/{arch}-linux-gnu")].map(|dir| prefix.join(dir)).to_vec()
     }
 
-    fn has_library(dir: &Path, major: u32) -> bool {
+    fn library_name(major: u32) -> String {
         let os = env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
-        let name = match os.as_str() {
+        match os.as_str() {
             "macos" => format!("libembree{major}.dylib"),
             "windows" => format!("embree{major}.lib"),
             _ => format!("libembree{major}.so"),
-        };
-        dir.join(name).is_file()
+        }
     }
 
     /// Says all there is to say in one message. Cargo stops for it, and without an exit code of failure adds no noise.

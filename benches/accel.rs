@@ -1,21 +1,19 @@
 //! Rays per second of one thread, for both accelerators: camera, first-bounce and shadow rays, on a mesh of a million
 //! triangles and on a room of 36. Each answer is checked: it must be the same for both, but for ties and the few rays that
 //! Embree loses.
-//!
-//! Figures are the best of several rounds, the accelerators taking turns, in CPU time of the machine it runs on: ratios
-//! are what counts. Run by `cargo bench --bench accel [-- triangles along one edge]`.
-#![allow(clippy::print_stdout, reason = "prints its measurements")]
+#![allow(missing_docs, reason = "a benchmark")]
 
 #[path = "../tests/accel_support/mod.rs"]
 mod accel_support;
 
 use accel_support::{Rng, boxes, displaced_sphere};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use snell::accel::oracle::{self, Verdict};
 use snell::accel::{Accel, Accelerator, Hit};
 use snell::math::ray::Ray;
 use snell::shape::Shape;
-use std::time::Instant;
 
 /// Rays in a batch, as the integrator has them.
 const BATCH: usize = 256;
@@ -23,42 +21,38 @@ const BATCH: usize = 256;
 /// Rows and columns of the camera's picture.
 const SIZE: usize = 640;
 
-/// Timed rounds.
-const ROUNDS: usize = 7;
+/// Edges of the large mesh's triangles along an edge of the cube that it is made of.
+const EDGES: u32 = 296;
 
 /// The fraction of answers that may differ between the accelerators, ties aside: rays that Embree loses.
 const ALLOWED_DIFFERENCES: f64 = 1e-4;
 
-fn main() {
-    let n = std::env::args().skip(1).find_map(|arg| arg.parse().ok()).unwrap_or(296);
+fn bench(c: &mut Criterion) {
     let inside = Vec3::new(0.05, 0.02, 0.03);
-    measure("displaced sphere", &[Shape::Mesh(displaced_sphere(n))], inside);
-    measure("two boxes in a room", &[boxes()], Vec3::new(0.0, 0.2, -0.95));
+    measure(c, "a million triangles", &[Shape::Mesh(displaced_sphere(EDGES))], inside);
+    measure(c, "two boxes in a room", &[boxes()], Vec3::new(0.0, 0.2, -0.95));
 }
 
-fn measure(name: &str, shapes: &[Shape], eye: Vec3) {
-    let triangles: usize = shapes.iter().map(Shape::primitive_count).sum();
-    println!("\n{name}, {triangles} triangles");
+fn measure(c: &mut Criterion, name: &str, shapes: &[Shape], eye: Vec3) {
+    let mut group = c.benchmark_group(name);
+    group.sample_size(10);
     let which =
         if cfg!(feature = "embree") { &[Accelerator::Embree, Accelerator::Native][..] } else { &[Accelerator::Native] };
-    let accels: Vec<Accel> = which
-        .iter()
-        .map(|&which| {
-            let start = Instant::now();
-            let accel = Accel::build(which, shapes, 0).expect("the accelerator can be built");
-            let seconds = start.elapsed().as_secs_f64();
-            let bytes = accel.memory_bytes() as f64 / triangles as f64;
-            println!("  {}: built in {:.0} ms, {bytes:.0} bytes a triangle", accel.name(), seconds * 1e3);
-            accel
-        })
-        .collect();
+    let triangles: usize = shapes.iter().map(Shape::primitive_count).sum();
+    group.throughput(Throughput::Elements(triangles as u64));
+    let build = |which| Accel::build(which, shapes, 0).expect("the accelerator can be built");
+    for &which in which {
+        group.bench_function(format!("build/{which:?}"), |b| b.iter(|| build(which).memory_bytes()));
+    }
+    let accels: Vec<Accel> = which.iter().map(|&which| build(which)).collect();
     let camera = camera_rays(eye);
     let mut hits = vec![Hit::NONE; camera.len()];
     accels[0].closest_hits(&camera, &mut hits);
     let (bounce, shadow) = bounce_rays(shapes, &camera, &hits);
-    report("camera", shapes, &accels, &camera, false);
-    report("1st bounce", shapes, &accels, &bounce, false);
-    report("shadow", shapes, &accels, &shadow, true);
+    time(&mut group, "camera", shapes, &accels, &camera, false);
+    time(&mut group, "bounce", shapes, &accels, &bounce, false);
+    time(&mut group, "shadow", shapes, &accels, &shadow, true);
+    group.finish();
 }
 
 /// Rays of a pinhole camera of 90°, row by row.
@@ -81,32 +75,26 @@ fn bounce_rays(shapes: &[Shape], rays: &[Ray], hits: &[Hit]) -> (Vec<Ray>, Vec<R
     (bounce, shadow)
 }
 
-fn report(name: &str, shapes: &[Shape], accels: &[Accel], rays: &[Ray], any: bool) {
-    let mut best = vec![f64::INFINITY; accels.len()];
+fn time(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    shapes: &[Shape],
+    accels: &[Accel],
+    rays: &[Ray],
+    any: bool,
+) {
     let mut answers: Vec<Vec<Hit>> = vec![vec![Hit::NONE; rays.len()]; accels.len()];
-    for _ in 0..ROUNDS {
-        for ((accel, best), answers) in accels.iter().zip(&mut best).zip(&mut answers) {
-            let start = Instant::now();
-            trace(accel, rays, answers, any);
-            *best = best.min(start.elapsed().as_secs_f64());
-        }
-    }
-    let speeds: Vec<f64> = best.iter().map(|seconds| rays.len() as f64 / seconds * 1e-6).collect();
-    let met = answers[0].iter().filter(|hit| hit.is_some()).count() as f64 / rays.len() as f64;
-    print!("  {name:10} ({:2.0} % hit):", 100.0 * met);
-    for (accel, speed) in accels.iter().zip(&speeds) {
-        print!("  {} {speed:.2}", accel.name());
-    }
-    if let [embree, native] = speeds[..] {
-        let differ = (0..rays.len()).filter(|&i| {
-            let (embree, native) = (answers[0][i], answers[1][i]);
-            embree != native && (any || oracle::verdict(shapes, &rays[i], embree, native) != Verdict::Tie)
+    accels.iter().zip(&mut answers).for_each(|(accel, answers)| trace(accel, rays, answers, any));
+    if let [embree, native] = &answers[..] {
+        let differ = rays.iter().zip(embree.iter().zip(native)).filter(|&(ray, (&embree, &native))| {
+            embree != native && (any || oracle::verdict(shapes, ray, embree, native) != Verdict::Tie)
         });
         let differ = differ.count();
-        println!(" Mray/s, ratio {:.2}; {differ} answers differ", native / embree);
-        assert!(differ as f64 <= ALLOWED_DIFFERENCES * rays.len() as f64, "{differ} answers differ");
-    } else {
-        println!(" Mray/s");
+        assert!(differ as f64 <= ALLOWED_DIFFERENCES * rays.len() as f64, "{name}: {differ} answers differ");
+    }
+    group.throughput(Throughput::Elements(rays.len() as u64));
+    for (accel, answers) in accels.iter().zip(&mut answers) {
+        group.bench_function(BenchmarkId::new(name, accel.name()), |b| b.iter(|| trace(accel, rays, answers, any)));
     }
 }
 
@@ -124,3 +112,6 @@ fn trace(accel: &Accel, rays: &[Ray], answers: &mut [Hit], any: bool) {
         }
     }
 }
+
+criterion_group!(benches, bench);
+criterion_main!(benches);

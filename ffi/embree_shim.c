@@ -32,8 +32,10 @@ struct rt_scene {
     RTCDevice device;
     RTCScene scene;
     atomic_llong bytes;
-    /* Set by the first error since it was last read. */
-    atomic_flag no_room;
+    /* Whether this Embree, on this processor, has packets of sixteen rays. */
+    bool packets;
+    /* Raised by the first error since it was last read: the later ones are its consequences. */
+    atomic_flag error_is_set;
     struct rt_error error;
 };
 
@@ -44,7 +46,7 @@ static void set_error(struct rt_error *error, int32_t code, const char *text) {
 
 static void on_error(void *user, enum RTCError code, const char *text) {
     struct rt_scene *scene = user;
-    if (!atomic_flag_test_and_set(&scene->no_room)) set_error(&scene->error, (int32_t)code, text);
+    if (!atomic_flag_test_and_set(&scene->error_is_set)) set_error(&scene->error, (int32_t)code, text);
 }
 
 static bool on_memory(void *user, ssize_t bytes, bool post) {
@@ -61,7 +63,7 @@ static bool succeeded(struct rt_scene *scene, struct rt_error *error) {
     if (scene->error.code == RTC_ERROR_NONE) set_error(&scene->error, (int32_t)code, NULL);
     *error = scene->error;
     scene->error.code = RTC_ERROR_NONE;
-    atomic_flag_clear(&scene->no_room);
+    atomic_flag_clear(&scene->error_is_set);
     return false;
 }
 
@@ -76,6 +78,18 @@ uint32_t rt_scene_library_version(const struct rt_scene *scene) {
     return (uint32_t)(major * 10000 + minor * 100 + patch);
 }
 
+/* What this build of Embree cannot do or does otherwise, of what can be chosen when Embree is built; NULL if nothing.
+ * Without the filter function no occlusion query would ever answer yes. */
+static const char *missing(RTCDevice device) {
+    if (!rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_TRIANGLE_GEOMETRY_SUPPORTED))
+        return "this Embree was built without triangles";
+    if (!rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED))
+        return "this Embree was built without filter functions";
+    if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_BACKFACE_CULLING_ENABLED))
+        return "this Embree was built to miss triangles seen from behind";
+    return NULL;
+}
+
 struct rt_scene *rt_scene_new(uint32_t threads, struct rt_error *error) {
     struct rt_scene *scene = calloc(1, sizeof *scene);
     if (!scene) {
@@ -83,7 +97,7 @@ struct rt_scene *rt_scene_new(uint32_t threads, struct rt_error *error) {
         return NULL;
     }
     atomic_init(&scene->bytes, 0);
-    atomic_flag_clear(&scene->no_room);
+    atomic_flag_clear(&scene->error_is_set);
     char config[32];
     snprintf(config, sizeof config, "threads=%u", threads);
     scene->device = rtcNewDevice(config);
@@ -95,6 +109,13 @@ struct rt_scene *rt_scene_new(uint32_t threads, struct rt_error *error) {
     }
     rtcSetDeviceErrorFunction(scene->device, on_error, scene);
     rtcSetDeviceMemoryMonitorFunction(scene->device, on_memory, scene);
+    const char *lack = missing(scene->device);
+    if (lack) {
+        set_error(error, RTC_ERROR_INVALID_OPERATION, lack);
+        rt_scene_free(scene);
+        return NULL;
+    }
+    scene->packets = rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED);
     scene->scene = rtcNewScene(scene->device);
     if (!succeeded(scene, error) || !scene->scene) {
         rt_scene_free(scene);
@@ -191,6 +212,68 @@ void rt_scene_closest(const struct rt_scene *scene, const struct rt_ray *rays, s
         rtcIntersect1(scene->scene, &query, &args);
 #endif
         store(&hits[i], &query.ray, &query.hit);
+    }
+}
+
+/* Rays of a packet. */
+#define PACKET 16
+
+/* The rays that `first` of `count` begins, at most a packet, into its lanes; returns how many. */
+static size_t load_packet(struct RTCRayHit16 *to, int *valid, const struct rt_ray *rays, size_t first, size_t count) {
+    size_t lanes = count - first < PACKET ? count - first : PACKET;
+    memset(to, 0, sizeof *to);
+    for (size_t lane = 0; lane < PACKET; ++lane) {
+        const struct rt_ray *ray = &rays[first + (lane < lanes ? lane : 0)];
+        valid[lane] = lane < lanes ? -1 : 0;
+        to->ray.org_x[lane] = ray->o[0];
+        to->ray.org_y[lane] = ray->o[1];
+        to->ray.org_z[lane] = ray->o[2];
+        to->ray.dir_x[lane] = ray->d[0];
+        to->ray.dir_y[lane] = ray->d[1];
+        to->ray.dir_z[lane] = ray->d[2];
+        to->ray.tnear[lane] = ray->tmin;
+        to->ray.tfar[lane] = ray->tmax;
+        to->ray.mask[lane] = ALL;
+        to->hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+        to->hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
+        to->hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+    }
+    return lanes;
+}
+
+/* The answer of one lane. */
+static void store_lane(struct rt_hit *to, const struct RTCRayHit16 *from, size_t lane) {
+    to->shape = from->hit.geomID[lane];
+    to->primitive = from->hit.primID[lane];
+    to->t = from->ray.tfar[lane];
+    to->volume = fabsf(from->ray.dir_x[lane] * from->hit.Ng_x[lane] + from->ray.dir_y[lane] * from->hit.Ng_y[lane] +
+                       from->ray.dir_z[lane] * from->hit.Ng_z[lane]);
+}
+
+void rt_scene_closest_coherent(const struct rt_scene *scene, const struct rt_ray *rays, struct rt_hit *hits, size_t count) {
+    if (!scene->packets) {
+        rt_scene_closest(scene, rays, hits, count);
+        return;
+    }
+    struct RTCRayHit16 query;
+    _Alignas(64) int valid[PACKET];
+#if RTC_VERSION_MAJOR == 3
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+#else
+    struct RTCIntersectArguments args;
+    rtcInitIntersectArguments(&args);
+    args.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+#endif
+    for (size_t first = 0; first < count; first += PACKET) {
+        size_t lanes = load_packet(&query, valid, rays, first, count);
+#if RTC_VERSION_MAJOR == 3
+        rtcIntersect16(valid, scene->scene, &context, &query);
+#else
+        rtcIntersect16(valid, scene->scene, &query, &args);
+#endif
+        for (size_t lane = 0; lane < lanes; ++lane) store_lane(&hits[first + lane], &query, lane);
     }
 }
 

@@ -63,6 +63,10 @@ bool rt_scene_commit(struct rt_scene *scene, struct rt_error *error);
 /* The closest hit of each of `count` rays, by Embree's robust arithmetic. */
 void rt_scene_closest(const struct rt_scene *scene, const struct rt_ray *rays, struct rt_hit *hits, size_t count);
 
+/* The same for rays of which each goes much the way of its neighbours, sixteen at a time: twice as fast for those, half as
+ * fast for others. */
+void rt_scene_closest_coherent(const struct rt_scene *scene, const struct rt_ray *rays, struct rt_hit *hits, size_t count);
+
 /* For each of `count` rays some hit, if Embree finds one. */
 void rt_scene_any(const struct rt_scene *scene, const struct rt_ray *rays, struct rt_hit *hits, size_t count);
 

@@ -3,7 +3,10 @@
 
 mod accel_support;
 
-use accel_support::{Rng, boxes, cuboid, displaced_sphere, random_soup, segment, soup, spawned};
+use accel_support::{
+    Rng, boxes, chord, closed_cylinder, cuboid, displaced_sphere, on_surface, random_axes, random_cylinder,
+    random_disk, random_soup, random_sphere, scaled, segment, soup, spawned,
+};
 use glam::Vec3;
 use snell::accel::oracle::{self, Contact, Verdict};
 use snell::accel::{Accel, Accelerator, Hit};
@@ -144,6 +147,31 @@ fn slivers() {
     }
 }
 
+/// 4,000 rays at triangles that are points, segments or lines among some that are none of these, and at meshes of nothing
+/// else: what has no area is not met, and hides nothing.
+#[test]
+fn degenerate_triangles() {
+    let mut rng = Rng(16);
+    let mut triangles = Vec::new();
+    for [a, b, c] in random_soup(&mut rng, 100, 0.6) {
+        triangles.extend([[a, a, a], [a, b, b], [a, b, a], [a, 0.5 * (a + b), b], [a, b, c]]);
+    }
+    let flat: Vec<_> = triangles.iter().copied().filter(|[a, b, c]| (b - a).cross(c - a) == Vec3::ZERO).collect();
+    assert!(flat.len() >= 300, "{}", flat.len());
+    for triangles in [triangles, flat] {
+        let shapes = [soup(&triangles)];
+        check(&shapes, &random_rays(&mut rng, 1000, 1.0));
+        let aimed: Vec<Ray> = (0..1000)
+            .map(|_| {
+                let [a, b, c] = triangles[rng.below(triangles.len())];
+                let o = 1.5 * rng.in_cube();
+                Ray::new(o, a.lerp(b, rng.unit()).lerp(c, rng.unit()) - o)
+            })
+            .collect();
+        check(&shapes, &aimed);
+    }
+}
+
 /// 3,000 rays a scale. Far beyond what a scene can be after it is brought to unit size.
 #[test]
 fn huge_and_tiny() {
@@ -276,17 +304,95 @@ fn ends_of_the_interval() {
     }
 }
 
-/// 6,000 rays among spheres, from inside and outside, alone and mixed with triangles.
+/// 12,000 rays among spheres, disks and cylinders, from inside and outside, alone, all together and mixed with triangles.
 #[test]
-fn spheres_and_mixed_scenes() {
+fn quadrics_and_mixed_scenes() {
     let mut rng = Rng(7);
-    let mut shapes: Vec<Shape> = (0..60)
-        .map(|_| Shape::Sphere(Sphere { centre: rng.in_cube(), radius: rng.between(0.01, 0.4), flip: false }))
-        .collect();
+    let mut shapes: Vec<Shape> = Vec::new();
+    for make in [random_sphere, random_disk, random_cylinder] {
+        let alike: Vec<Shape> = (0..60).map(|_| make(&mut rng, 0.4)).collect();
+        check(&alike, &random_rays(&mut rng, 2000, 1.0));
+        shapes.extend(alike);
+    }
     check(&shapes, &random_rays(&mut rng, 3000, 1.0));
     shapes.insert(7, soup(&random_soup(&mut rng, 200, 0.2)));
     shapes.push(Shape::Mesh(TriangleMesh::default()));
     check(&shapes, &random_rays(&mut rng, 3000, 1.0));
+}
+
+/// What a quadric of one size meets, it meets at any: 2,000 rays a scale and kind.
+#[test]
+fn huge_and_tiny_quadrics() {
+    for make in [random_sphere, random_disk, random_cylinder] {
+        let hits = |exponent: i32| {
+            let (mut rng, scale) = (Rng(13), 2.0f32.powi(exponent));
+            let shapes: Vec<Shape> = (0..40).map(|_| scaled(&make(&mut rng, 0.4), scale)).collect();
+            let rays = random_rays(&mut rng, 2000, scale);
+            check(&shapes, &rays);
+            closest(&build(Accelerator::Native, &shapes), &rays)
+        };
+        let unit = hits(0);
+        assert!(unit.iter().any(|hit| hit.is_some()));
+        for exponent in [-40, -20, 20, 40] {
+            assert_eq!(hits(exponent), unit, "2^{exponent}");
+        }
+    }
+}
+
+/// A cylinder closed by disks at both ends is closed: of 300,000 rays from inside, a third aimed at its rims, none gets
+/// out, whatever affine map it went through.
+#[test]
+fn closed_cylinder_is_tight() {
+    let mut rng = Rng(14);
+    for round in 0..10 {
+        let axes = random_axes(&mut rng, 0.8);
+        let base = 0.2 * rng.in_cube().as_dvec3() - 0.5 * axes[2];
+        let shapes = closed_cylinder(base, axes);
+        let inside = |x: f64, y: f64, z: f64| base + x * axes[0] + y * axes[1] + z * axes[2];
+        let rays: Vec<Ray> = (0..30_000)
+            .map(|i| {
+                let spread = 0.5 * rng.in_cube().as_dvec3();
+                let o = inside(spread.x, spread.y, 0.5 + spread.z).as_vec3();
+                let (y, x) = f64::from(rng.between(0.0, 7.0)).sin_cos();
+                let rim = inside(x, y, f64::from(rng.next() as u32 % 2));
+                let d = if i % 3 == 0 { rim.as_vec3() - o } else { rng.direction() };
+                Ray::new(o, d)
+            })
+            .collect();
+        for which in accelerators() {
+            let accel = build(which, &shapes);
+            let lost = closest(&accel, &rays).iter().filter(|hit| !hit.is_some()).count();
+            let open = occluded(&accel, &rays).iter().filter(|occluded| !**occluded).count();
+            assert_eq!((lost, open), (0, 0), "{which:?}, round {round}");
+        }
+    }
+}
+
+/// 300,000 rays that start on random quadrics: none meets what it starts on where it cannot, that is a disk anywhere, and
+/// a sphere or cylinder from outside; and seen from inside, the far side is met and nothing nearer.
+#[test]
+fn no_ray_meets_its_own_quadric() {
+    let mut rng = Rng(15);
+    for make in [random_sphere, random_disk, random_cylinder] {
+        for i in 0..1000 {
+            let shape = make(&mut rng, if i % 2 == 0 { 0.4 } else { 1e-4 });
+            let disk = matches!(shape, Shape::Disk(_));
+            let accel = build(Accelerator::Native, std::slice::from_ref(&shape));
+            for _ in 0..100 {
+                let Some(p) = on_surface(&mut rng, &shape) else { continue };
+                let d = rng.direction();
+                let ray = Ray::new(p.origin_towards(d), d);
+                let hit = closest(&accel, &[ray])[0];
+                if disk || p.n.dot(d) > 0.0 {
+                    assert!(!hit.is_some(), "{shape:?}: {ray:?} meets {hit:?}");
+                } else if hit.is_some() {
+                    // Less by no more than the origin was moved: coordinates below 2 are rounded by at most 2⁻²⁴ each.
+                    let (t, chord) = (shape.resolve_distance(0, &ray), chord(&shape, p.p, d.as_dvec3()));
+                    assert!(t > 0.5 * chord - 2f64.powi(-22), "{shape:?}: {ray:?}: {t} of {chord}");
+                }
+            }
+        }
+    }
 }
 
 #[test]
@@ -332,6 +438,30 @@ fn same_for_any_number_of_threads() {
     assert!(answers[0] == answers[1]);
 }
 
+/// Segments between two points that are the same meet nothing, on a surface or off, in anyone's eyes.
+#[test]
+fn empty_segments_are_free() {
+    let mut rng = Rng(21);
+    let shapes = [
+        Shape::Mesh(displaced_sphere(10)),
+        soup(&random_soup(&mut rng, 100, 0.3)),
+        random_sphere(&mut rng, 0.5),
+        random_disk(&mut rng, 0.5),
+        random_cylinder(&mut rng, 0.5),
+    ];
+    let mut points: Vec<Vec3> = (0..200).map(|_| rng.in_cube()).collect();
+    let on_surfaces = (0..200).filter_map(|i| on_surface(&mut rng, &shapes[2 + i % 3]));
+    points.extend(on_surfaces.map(|point| point.p.as_vec3()));
+    let Shape::Mesh(mesh) = &shapes[0] else { unreachable!() };
+    points.extend(&mesh.positions);
+    let segments: Vec<Ray> = points.iter().map(|&p| Ray::segment(p, p)).collect();
+    for which in accelerators() {
+        let accel = build(which, &shapes);
+        assert!(closest(&accel, &segments).iter().all(|hit| !hit.is_some()), "{which:?}");
+        assert!(occluded(&accel, &segments).iter().all(|answer| !answer), "{which:?}");
+    }
+}
+
 /// A million rays that start on random triangles and slivers: none meets the one it starts on.
 #[test]
 fn no_ray_meets_its_own_surface() {
@@ -351,7 +481,35 @@ fn no_ray_meets_its_own_surface() {
             let answers = occluded(&accel, &rays);
             let differ = hits.iter().zip(&answers).filter(|(hit, answer)| hit.is_some() != **answer).count();
             println!("{which:?}, {name}: {own} self-hits, {differ} any hits differ, {:?}", accel.embree_false_hits());
-            assert_eq!(own, 0, "{which:?} on {name} triangles");
+            assert_eq!((own, differ), (0, 0), "{which:?} on {name} triangles");
+        }
+    }
+}
+
+/// 120,000 rays that leave the planes x = 0, y = 0 and z = 0, where no point has a coordinate that rounding could be
+/// measured by, steeply and at slopes down to 10⁻⁶: none meets its own triangle or the other one of its rectangle.
+#[test]
+fn no_ray_meets_a_plane_through_the_origin_that_it_leaves() {
+    let mut rng = Rng(17);
+    for axis in 0..3 {
+        let size = rng.between(1e-3, 1.0);
+        let corner = |a: f32, b: f32| {
+            let mut p = Vec3::ZERO;
+            (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (a, size * b);
+            p
+        };
+        let [a, b, c, d] = [corner(-1.0, -0.9), corner(0.8, -1.0), corner(1.0, 1.0), corner(-1.0, 0.7)];
+        let triangles = [[a, b, c], [a, c, d]];
+        let rays: Vec<Ray> = (0..40_000)
+            .map(|i| {
+                let Ray { o, mut d, .. } = spawned(&mut rng, triangles[i % 2]);
+                d[axis] = rng.between(-20.0, 0.0).exp2().copysign(d[axis]);
+                Ray::new(o, d.normalize())
+            })
+            .collect();
+        for which in accelerators() {
+            let hits = closest(&build(which, &[soup(&triangles)]), &rays);
+            assert_eq!(hits.iter().filter(|hit| hit.is_some()).count(), 0, "{which:?}, axis {axis}");
         }
     }
 }

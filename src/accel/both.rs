@@ -1,10 +1,10 @@
 //! Every ray through both accelerators: our own answers, and each disagreement is judged and counted.
 
-use super::Hit;
 use super::comparison::{ComparisonCounts, Disagreement, EXAMPLES};
 use super::embree::Embree;
 use super::native::Native;
 use super::oracle::{self, Verdict};
+use super::{Hit, Start};
 use crate::error::Result;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -33,11 +33,11 @@ impl Both {
     }
 
     /// See [`super::Accel::closest_hits`].
-    pub(super) fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+    pub(super) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
-        self.native.closest_hits(rays, hits);
+        self.native.closest_hits(rays, start.primitives(), hits);
         let mut others = vec![Hit::NONE; rays.len()];
-        self.embree.closest_hits(rays, &mut others);
+        self.embree.closest_hits(rays, start, &mut others);
         for ((ray, &native), &embree) in rays.iter().zip(&*hits).zip(&others) {
             if embree != native {
                 self.judge(ray, false, embree, native);
@@ -46,19 +46,19 @@ impl Both {
     }
 
     /// See [`super::Accel::occluded`].
-    pub(super) fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+    pub(super) fn occluded(&self, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
         self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
-        self.native.occluded(rays, occluded);
+        self.native.occluded(rays, ends, occluded);
         let mut others = vec![false; rays.len()];
-        self.embree.occluded(rays, &mut others);
+        self.embree.occluded(rays, ends, &mut others);
         for ((ray, &native), &embree) in rays.iter().zip(&*occluded).zip(&others) {
             if embree != native {
                 // The one who says yes has to name its witness.
                 let (mut of_embree, mut of_native) = ([Hit::NONE], [Hit::NONE]);
                 if native {
-                    self.native.closest_hits(&[*ray], &mut of_native);
+                    self.native.closest_hits(&[*ray], &[], &mut of_native);
                 } else {
-                    self.embree.closest_hits(&[*ray], &mut of_embree);
+                    self.embree.closest_hits(&[*ray], Start::Anywhere, &mut of_embree);
                 }
                 self.judge(ray, true, of_embree[0], of_native[0]);
             }

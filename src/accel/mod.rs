@@ -2,7 +2,7 @@
 //!
 //! Both say only *which* primitive it is. Where the ray meets it, [`crate::shape`] computes, once and in f64, so that the
 //! picture does not depend on who found the hit; and only hits whose distance by that computation lies in the ray's
-//! open interval are hits, so that no ray meets the surface it starts on. Spheres are always our own business: Embree
+//! open interval are hits, so that no ray meets the surface it starts on. Quadrics are always our own business: Embree
 //! gets the triangles.
 //!
 //! [`oracle`] answers by brute force, for tests and to settle disputes; [`Accelerator::Both`] traces every ray with both
@@ -16,40 +16,18 @@ mod embree;
 mod native;
 pub mod oracle;
 
+pub use crate::shape::Hit;
+
 use crate::error::{Error, Result};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use comparison::ComparisonCounts;
 use native::Native;
 
-/// Which primitive a ray met.
-///
-/// Only the identity: the distance and the point are computed from it, once, by [`crate::shape`], so that they do not
-/// depend on who found the hit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(C)]
-pub struct Hit {
-    /// Index of the shape, or [`Hit::NONE`]'s.
-    pub shape: u32,
-    /// Index of the primitive in the shape: the face of a mesh, 0 of a sphere.
-    pub primitive: u32,
-}
-
-impl Hit {
-    /// No hit.
-    pub const NONE: Self = Self { shape: u32::MAX, primitive: u32::MAX };
-
-    /// Whether there is one.
-    #[inline]
-    pub fn is_some(self) -> bool {
-        self.shape != u32::MAX
-    }
-}
-
 /// What the user asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Accelerator {
-    /// Embree where it is compiled in, else our own.
+    /// Our own for scenes of few triangles, where it is the faster; else Embree where it is compiled in.
     #[default]
     Auto,
     /// Embree.
@@ -58,6 +36,29 @@ pub enum Accelerator {
     Native,
     /// Both, compared ray by ray; our own answers.
     Both,
+}
+
+/// What is known of where rays start.
+#[derive(Clone, Copy, Debug)]
+pub enum Start<'a> {
+    /// Nothing.
+    Anywhere,
+    /// At one point or nearly so, each ray going much the way of its neighbours: Embree takes them in packets.
+    Camera,
+    /// On these primitives, as many as rays; [`Hit::NONE`] for what starts elsewhere. A triangle is none that a ray can
+    /// meet that starts on it, and to know that saves the time to find it out.
+    Primitives(&'a [Hit]),
+}
+
+impl<'a> Start<'a> {
+    fn primitives(self) -> &'a [Hit] {
+        if let Self::Primitives(hits) = self { hits } else { &[] }
+    }
+
+    #[cfg(feature = "embree")]
+    fn is_coherent(self) -> bool {
+        matches!(self, Self::Camera)
+    }
 }
 
 /// The surfaces of a scene, ready for rays. Immutable, and shared by all threads.
@@ -74,6 +75,9 @@ enum Kind {
 }
 
 impl Accel {
+    /// Most primitives, over all shapes: their numbers take 31 bits.
+    pub const MAX_PRIMITIVES: usize = i32::MAX as usize;
+
     /// Builds over `shapes`. Embree builds with `threads` threads (0: all there are), our own builder on the current
     /// rayon pool.
     ///
@@ -81,7 +85,7 @@ impl Accel {
     /// another version than snell was compiled with, or runs out of memory; and with more than 2³¹ primitives.
     pub fn build(which: Accelerator, shapes: &[Shape], threads: usize) -> Result<Self> {
         let primitives: usize = shapes.iter().map(Shape::primitive_count).sum();
-        if primitives > i32::MAX as usize {
+        if primitives > Self::MAX_PRIMITIVES {
             return Err(Error::Accelerator(format!(
                 "{primitives} primitives are more than the accelerators can number"
             )));
@@ -91,7 +95,12 @@ impl Accel {
             #[cfg(feature = "embree")]
             Accelerator::Both => Kind::Both(Box::new(both::Both::build(shapes, threads)?)),
             #[cfg(feature = "embree")]
-            Accelerator::Auto | Accelerator::Embree => Kind::Embree(embree::Embree::build(shapes, threads)?),
+            Accelerator::Auto => match Native::build_flat(shapes) {
+                Some(native) => Kind::Native(native),
+                None => Kind::Embree(embree::Embree::build(shapes, threads)?),
+            },
+            #[cfg(feature = "embree")]
+            Accelerator::Embree => Kind::Embree(embree::Embree::build(shapes, threads)?),
             #[cfg(not(feature = "embree"))]
             Accelerator::Auto => Kind::Native(Native::build(shapes)),
             #[cfg(not(feature = "embree"))]
@@ -106,35 +115,49 @@ impl Accel {
 
     /// The first surface that each ray meets in its open interval, or [`Hit::NONE`]. Of surfaces at the same distance
     /// (as f32), our own accelerator returns the one of lowest shape, then lowest primitive. `hits` is as long as
-    /// `rays`; some tens to hundreds are a good number, and they need not be coherent. No direction may be zero, no
-    /// `tmin` negative.
+    /// `rays`; some tens to hundreds are a good number, and they need not be coherent. A ray whose direction is
+    /// zero, as a segment may round to, meets nothing. No `tmin` may be negative.
     pub fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.closest_hits_from(rays, Start::Anywhere, hits);
+    }
+
+    /// [`Self::closest_hits`] of rays of which is known where they start, which saves time.
+    pub fn closest_hits_from(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "one hit a ray");
+        assert!(start.primitives().is_empty() || start.primitives().len() == rays.len(), "one start a ray");
         match &self.0 {
-            Kind::Native(native) => native.closest_hits(rays, hits),
+            Kind::Native(native) => native.closest_hits(rays, start.primitives(), hits),
             #[cfg(feature = "embree")]
-            Kind::Embree(embree) => embree.closest_hits(rays, hits),
+            Kind::Embree(embree) => embree.closest_hits(rays, start, hits),
             #[cfg(feature = "embree")]
-            Kind::Both(both) => both.closest_hits(rays, hits),
+            Kind::Both(both) => both.closest_hits(rays, start, hits),
         }
     }
 
     /// Whether each ray meets any surface in its open interval; see [`Self::closest_hits`].
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.occluded_between(rays, &[], occluded);
+    }
+
+    /// [`Self::occluded`] of rays of which is known on which primitives they start and end, as in
+    /// [`Start::Primitives`]; `ends` may be empty.
+    pub fn occluded_between(&self, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer a ray");
+        assert!(ends.is_empty() || ends.len() == rays.len(), "two ends a ray");
         occluded.fill(false);
         match &self.0 {
-            Kind::Native(native) => native.occluded(rays, occluded),
+            Kind::Native(native) => native.occluded(rays, ends, occluded),
             #[cfg(feature = "embree")]
-            Kind::Embree(embree) => embree.occluded(rays, occluded),
+            Kind::Embree(embree) => embree.occluded(rays, ends, occluded),
             #[cfg(feature = "embree")]
-            Kind::Both(both) => both.occluded(rays, occluded),
+            Kind::Both(both) => both.occluded(rays, ends, occluded),
         }
     }
 
-    /// Name and version, for example `embree 3.13.5 (robust)` or `native`.
+    /// Name and version, for example `embree 3.13.5 (robust)`, `native` or, where the triangles are few, `native (list)`.
     pub fn name(&self) -> String {
         match &self.0 {
+            Kind::Native(native) if native.is_flat() => "native (list)".into(),
             Kind::Native(_) => "native".into(),
             #[cfg(feature = "embree")]
             Kind::Embree(embree) => embree.name(),

@@ -8,18 +8,14 @@
 //! triangle both answers are in order: [`Contact::Rim`].
 
 use super::Hit;
-use crate::math::float::UNIT_ROUNDOFF;
+use crate::math::float::{UNIT_ROUNDOFF, UNIT_ROUNDOFF_F64};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
-use crate::shape::sphere::Sphere;
 use crate::shape::triangle::{self, SHEAR_ROUNDINGS};
 use glam::{DVec3, Vec3};
 
 /// Rounded operations that a volume goes through, with one for the bound's own rounding.
 const VOLUME_ROUNDINGS: f64 = 8.0;
-
-/// The unit roundoff of f64.
-const UNIT_ROUNDOFF_F64: f64 = f64::EPSILON / 2.0;
 
 /// How a ray and one primitive stand to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +61,7 @@ pub fn closest(shapes: &[Shape], ray: &Ray) -> Option<(Hit, f64)> {
     let mut nearest: Option<(Hit, f64)> = None;
     for hit in ids(shapes) {
         let t = match crosses(shapes, hit, ray) {
-            Some(t) if in_interval(ray, t) => t,
+            Some(t) if ray.contains(t) => t,
             _ => continue,
         };
         if nearest.is_none_or(|(_, least)| t < least) {
@@ -77,7 +73,7 @@ pub fn closest(shapes: &[Shape], ray: &Ray) -> Option<(Hit, f64)> {
 
 /// Whether the ray meets anything.
 pub fn occluded(shapes: &[Shape], ray: &Ray) -> bool {
-    ids(shapes).any(|hit| crosses(shapes, hit, ray).is_some_and(|t| in_interval(ray, t)))
+    ids(shapes).any(|hit| crosses(shapes, hit, ray).is_some_and(|t| ray.contains(t)))
 }
 
 fn ids(shapes: &[Shape]) -> impl Iterator<Item = Hit> + '_ {
@@ -86,18 +82,14 @@ fn ids(shapes: &[Shape]) -> impl Iterator<Item = Hit> + '_ {
     })
 }
 
-fn in_interval(ray: &Ray, t: f64) -> bool {
-    t > f64::from(ray.tmin) && t < f64::from(ray.tmax)
-}
-
-/// Distance at which the ray's line crosses a primitive; of a sphere's two the one that counts.
+/// Distance at which the ray's line crosses a primitive; of several the one that counts.
 fn crosses(shapes: &[Shape], hit: Hit, ray: &Ray) -> Option<f64> {
     match &shapes[hit.shape as usize] {
         Shape::Mesh(mesh) => {
             let volumes = Volumes::new(ray, mesh.triangle(hit.primitive));
             volumes.same_sign(0.0).then_some(volumes.t)
         }
-        Shape::Sphere(sphere) => sphere.intersect(ray).map(|_| sphere.resolve(ray)),
+        quadric => quadric.intersect(0, ray).map(|_| quadric.resolve_distance(0, ray)),
     }
 }
 
@@ -105,12 +97,12 @@ fn crosses(shapes: &[Shape], hit: Hit, ray: &Ray) -> Option<f64> {
 pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
     let contact = match &shapes[hit.shape as usize] {
         Shape::Mesh(mesh) => triangle_contact(ray, mesh.triangle(hit.primitive)),
-        Shape::Sphere(sphere) => sphere_contact(ray, sphere),
+        quadric => quadric_contact(ray, quadric),
     };
     match contact.distance() {
         // An end of the interval within rounding of the distance is as undecided as a rim.
-        Some((t, _)) if in_interval(ray, t) => contact,
-        Some((t, error)) if in_interval(ray, t + error) || in_interval(ray, t - error) => Contact::Rim(t, error),
+        Some((t, _)) if ray.contains(t) => contact,
+        Some((t, error)) if ray.contains(t + error) || ray.contains(t - error) => Contact::Rim(t, error),
         _ => Contact::Miss,
     }
 }
@@ -127,8 +119,6 @@ fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
     let point: DVec3 = v.iter().zip(resolved.b).map(|(v, b)| v.as_dvec3() * b).sum();
     let beside = (ray.o.as_dvec3() + resolved.t * ray.d.as_dvec3() - point).abs().max_element();
-    let size = v.iter().map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element()).fold(0.0, f64::max);
-    let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * size;
     if beside <= allowed {
         // Moving the ray sideways by what is allowed moves the distance by this much, along the slope of the plane.
         Contact::Rim(resolved.t, rounding + allowed * volumes.slope)
@@ -137,13 +127,16 @@ fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     }
 }
 
-fn sphere_contact(ray: &Ray, sphere: &Sphere) -> Contact {
-    let t = sphere.resolve(ray);
-    let rounding = f64::from(UNIT_ROUNDOFF) * t.abs();
-    let gap = (ray.o.as_dvec3() + t * ray.d.as_dvec3() - sphere.centre.as_dvec3()).length() - f64::from(sphere.radius);
-    // A root satisfies the equation to the rounding of f64, a line that passes the sphere by does not.
-    let reach = sphere.centre.abs().max_element() + sphere.radius + ray.o.abs().max_element();
-    if gap.abs() <= f64::from(UNIT_ROUNDOFF) * f64::from(reach) { Contact::Inside(t, rounding) } else { Contact::Miss }
+/// The accelerators decide about quadrics by the same code as the oracle, in f64.
+fn quadric_contact(ray: &Ray, quadric: &Shape) -> Contact {
+    let t = quadric.resolve_distance(0, ray);
+    let p = ray.o.as_dvec3() + t * ray.d.as_dvec3();
+    // A root satisfies the equation to the rounding of f64; a line that passes the quadric by does not.
+    let gap = (p - quadric.meet(ray, 0).point.p).length();
+    let bounds = quadric.primitive_bounds(0);
+    let reach = bounds.min.abs().max(bounds.max.abs()).max_element() + ray.o.abs().max_element();
+    let allowed = f64::from(UNIT_ROUNDOFF) * f64::from(reach);
+    if gap <= allowed { Contact::Inside(t, f64::from(UNIT_ROUNDOFF) * t.abs()) } else { Contact::Miss }
 }
 
 /// What the ray spans with the edges of a triangle.

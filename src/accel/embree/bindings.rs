@@ -69,6 +69,7 @@ unsafe extern "C" {
     ) -> bool;
     pub fn rt_scene_commit(scene: *mut rt_scene, error: *mut rt_error) -> bool;
     pub fn rt_scene_closest(scene: *const rt_scene, rays: *const rt_ray, hits: *mut rt_hit, count: usize);
+    pub fn rt_scene_closest_coherent(scene: *const rt_scene, rays: *const rt_ray, hits: *mut rt_hit, count: usize);
     pub fn rt_scene_any(scene: *const rt_scene, rays: *const rt_ray, hits: *mut rt_hit, count: usize);
     pub fn rt_scene_memory(scene: *const rt_scene) -> u64;
     pub fn rt_scene_free(scene: *mut rt_scene);

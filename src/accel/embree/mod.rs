@@ -1,4 +1,4 @@
-//! The system's Embree, through `ffi/embree_shim.h`. Triangles only; spheres go into a hierarchy of our own beside it.
+//! The system's Embree, through `ffi/embree_shim.h`. Triangles only; quadrics go into a hierarchy of our own beside it.
 //!
 //! Embree's answer is a proposal: its robust mode decides in f32, and takes now and then the triangle that a ray starts
 //! on for one that it meets (slivers mostly, whose normal has few right digits). So a hit near an end of the ray's
@@ -28,8 +28,8 @@
 )]
 mod bindings;
 
-use super::Hit;
 use super::native::{Native, Nearest, TraversalStack};
+use super::{Hit, Start};
 use crate::error::{Error, Result};
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
@@ -75,7 +75,7 @@ impl rt_hit {
     }
 }
 
-/// Embree for the triangles, our own for the spheres.
+/// Embree for the triangles, our own for the quadrics.
 #[derive(Debug)]
 pub(crate) struct Embree {
     /// `None` where the scene has no triangles. Borrows from `shapes`, so it is declared, and dropped, first.
@@ -84,7 +84,7 @@ pub(crate) struct Embree {
     shapes: Vec<Shape>,
     /// Length of the longest edge of each shape.
     longest_edges: Vec<f32>,
-    spheres: Native,
+    quadrics: Native,
     /// Hits of Embree that were none.
     false_hits: AtomicU64,
 }
@@ -99,27 +99,28 @@ impl Embree {
         } else {
             None
         };
-        let spheres = Native::build_spheres(&shapes);
+        let quadrics = Native::build_quadrics(&shapes);
         let longest_edges = shapes.iter().map(longest_edge).collect();
-        Ok(Self { scene, shapes, longest_edges, spheres, false_hits: AtomicU64::new(0) })
+        Ok(Self { scene, shapes, longest_edges, quadrics, false_hits: AtomicU64::new(0) })
     }
 
-    /// See [`super::Accel::closest_hits`].
-    pub(crate) fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+    /// See [`super::Accel::closest_hits_from`].
+    pub(crate) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         let Some(scene) = &self.scene else {
-            return self.spheres.closest_hits(rays, hits);
+            return self.quadrics.closest_hits(rays, &[], hits);
         };
         let mut found = [NO_HIT; CHUNK];
-        let mut stack = (!self.spheres.is_empty()).then(TraversalStack::new);
-        for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
-            scene.closest(rays, &mut found);
-            for ((ray, found), hit) in rays.iter().zip(&found).zip(hits) {
+        let mut stack = (!self.quadrics.is_empty()).then(TraversalStack::new);
+        for (chunk, (rays, hits)) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)).enumerate() {
+            scene.closest(rays, start.is_coherent(), &mut found);
+            for (i, ((ray, found), hit)) in rays.iter().zip(&found).zip(hits).enumerate() {
+                let from = || [start.primitives().get(chunk * CHUNK + i).copied().unwrap_or(Hit::NONE), Hit::NONE];
                 *hit = match &mut stack {
                     None if !found.id().is_some() || self.is_certain(ray, found) => found.id(),
-                    None => self.confirm_closest(scene, ray, *found).hit,
+                    None => self.confirm_closest(scene, ray, from(), *found).hit,
                     Some(stack) => {
-                        let mut nearest = self.confirm_closest(scene, ray, *found);
-                        self.spheres.improve(ray, &mut nearest, stack);
+                        let mut nearest = self.confirm_closest(scene, ray, from(), *found);
+                        self.quadrics.improve_by_quadrics(ray, &mut nearest, stack);
                         nearest.hit
                     }
                 };
@@ -127,22 +128,23 @@ impl Embree {
         }
     }
 
-    /// See [`super::Accel::occluded`]; `occluded` is false throughout.
-    pub(crate) fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+    /// See [`super::Accel::occluded_between`]; `occluded` is false throughout.
+    pub(crate) fn occluded(&self, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
         if let Some(scene) = &self.scene {
             let mut found = [NO_HIT; CHUNK];
-            for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
+            for (chunk, (rays, occluded)) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)).enumerate() {
                 scene.any(rays, &mut found);
-                for ((ray, found), occluded) in rays.iter().zip(&found).zip(occluded) {
+                for (i, ((ray, found), occluded)) in rays.iter().zip(&found).zip(occluded).enumerate() {
+                    let ends = || ends.get(chunk * CHUNK + i).copied().unwrap_or([Hit::NONE; 2]);
                     *occluded = found.id().is_some()
                         && (self.is_certain(ray, found)
-                            || self.distance(ray, found).is_some()
-                            || self.is_occluded(scene, ray));
+                            || self.distance(ray, ends(), found).is_some()
+                            || self.is_occluded(scene, ray, ends()));
                 }
             }
         }
-        if !self.spheres.is_empty() {
-            self.spheres.occluded(rays, occluded);
+        if !self.quadrics.is_empty() {
+            self.quadrics.occluded(rays, &[], occluded);
         }
     }
 
@@ -155,21 +157,25 @@ impl Embree {
         (found.t - ray.tmin) * found.volume > error && (ray.tmax - found.t) * found.volume > error
     }
 
-    /// The distance of a hit by our own computation, if it is in the ray's interval.
+    /// The distance of a hit by our own computation, if it is in the ray's interval and no triangle that the ray starts
+    /// or ends on.
     #[inline]
-    fn distance(&self, ray: &Ray, found: &rt_hit) -> Option<f32> {
+    fn distance(&self, ray: &Ray, ends: [Hit; 2], found: &rt_hit) -> Option<f32> {
+        if ends.contains(&found.id()) {
+            return None;
+        }
         let t = self.shapes[found.shape as usize].resolve_distance(found.primitive, ray);
-        (t > f64::from(ray.tmin) && t < f64::from(ray.tmax)).then_some(t as f32)
+        ray.contains(t).then_some(t as f32)
     }
 
     /// The first of Embree's hits that is one.
     #[inline]
-    fn confirm_closest(&self, scene: &Scene, ray: &Ray, mut found: rt_hit) -> Nearest {
+    fn confirm_closest(&self, scene: &Scene, ray: &Ray, ends: [Hit; 2], mut found: rt_hit) -> Nearest {
         for _ in 0..MAX_RETRACES {
             if !found.id().is_some() {
                 break;
             }
-            if let Some(t) = self.distance(ray, &found) {
+            if let Some(t) = self.distance(ray, ends, &found) {
                 return Nearest { t, hit: found.id() };
             }
             found = self.behind(scene, ray, &found);
@@ -184,18 +190,18 @@ impl Embree {
         let beyond = Ray { tmin: (false_hit.t * BEHIND).next_up(), ..*ray };
         let mut found = [NO_HIT];
         if beyond.tmin < beyond.tmax {
-            scene.closest(&[beyond], &mut found);
+            scene.closest(&[beyond], false, &mut found);
         }
         found[0]
     }
 
     /// Whether a ray whose first occluder was a false hit has another.
     #[cold]
-    fn is_occluded(&self, scene: &Scene, ray: &Ray) -> bool {
+    fn is_occluded(&self, scene: &Scene, ray: &Ray, ends: [Hit; 2]) -> bool {
         self.false_hits.fetch_add(1, Ordering::Relaxed);
         let mut found = [NO_HIT];
-        scene.closest(&[*ray], &mut found);
-        self.confirm_closest(scene, ray, found[0]).hit.is_some()
+        scene.closest(&[*ray], false, &mut found);
+        self.confirm_closest(scene, ray, ends, found[0]).hit.is_some()
     }
 
     /// The shapes, without normals and with unused vertices at the end.
@@ -217,7 +223,7 @@ impl Embree {
     /// See [`super::Accel::memory_bytes`].
     pub(crate) fn memory_bytes(&self) -> u64 {
         let copies: usize = self.shapes.iter().map(copy_bytes).sum();
-        self.scene.as_ref().map_or(0, Scene::memory_bytes) + copies as u64 + self.spheres.memory_bytes()
+        self.scene.as_ref().map_or(0, Scene::memory_bytes) + copies as u64 + self.quadrics.memory_bytes()
     }
 }
 
@@ -235,11 +241,11 @@ fn copy(shape: &Shape) -> Shape {
                 ..TriangleMesh::default()
             })
         }
-        Shape::Sphere(sphere) => Shape::Sphere(*sphere),
+        quadric => quadric.clone(),
     }
 }
 
-/// The length of the longest edge, rounded up; 0 of a sphere.
+/// The length of the longest edge, rounded up; 0 of a quadric.
 fn longest_edge(shape: &Shape) -> f32 {
     let Shape::Mesh(mesh) = shape else { return 0.0 };
     let of_face = |face: u32| {
@@ -252,7 +258,7 @@ fn longest_edge(shape: &Shape) -> f32 {
 fn copy_bytes(shape: &Shape) -> usize {
     match shape {
         Shape::Mesh(mesh) => size_of_val(&*mesh.positions) + size_of_val(&*mesh.faces),
-        Shape::Sphere(_) => 0,
+        Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => 0,
     }
 }
 
@@ -344,13 +350,12 @@ impl Scene {
 
     /// Embree's closest hits of at most `found.len()` rays.
     #[inline]
-    fn closest(&self, rays: &[Ray], found: &mut [rt_hit]) {
+    fn closest(&self, rays: &[Ray], coherent: bool, found: &mut [rt_hit]) {
         assert!(rays.len() <= found.len());
+        let query = if coherent { bindings::rt_scene_closest_coherent } else { bindings::rt_scene_closest };
         // SAFETY: the scene is committed; `rays` are readable as rt_ray (asserted above) and `found` writable for as
         // many.
-        unsafe {
-            bindings::rt_scene_closest(self.0.as_ptr(), rays.as_ptr().cast(), found.as_mut_ptr(), rays.len());
-        }
+        unsafe { query(self.0.as_ptr(), rays.as_ptr().cast(), found.as_mut_ptr(), rays.len()) };
     }
 
     /// Some hit that Embree finds of each of at most `found.len()` rays.

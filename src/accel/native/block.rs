@@ -1,13 +1,12 @@
-//! The leaves: up to four primitives, lane by lane, with all that their test reads.
+//! The leaves: up to four primitives, with all that their test reads.
 //!
-//! Triangles store their vertices, not edges: the two triangles at an edge must compute it from the same numbers. Unused
-//! lanes repeat the last primitive, which changes no answer.
+//! Triangles are stored lane by lane, by their vertices and not by edges: the two triangles at an edge must compute it
+//! from the same numbers. Unused lanes repeat the last one, which changes no answer.
 
 use super::build::Item;
 use super::{Nearest, PreparedRay};
 use crate::accel::Hit;
 use crate::shape::Shape;
-use crate::shape::sphere::Sphere;
 use glam::Vec4;
 
 /// Primitives in a leaf.
@@ -58,7 +57,8 @@ impl Block for TriangleBlock {
 
     #[inline(always)]
     fn closest(&self, ray: &PreparedRay, nearest: &mut Nearest) {
-        ray.watertight.intersect4(&self.vertices, |lane, t| {
+        let other = |lane: usize| !ray.ends.contains(&self.ids[lane]);
+        ray.watertight.intersect4(&self.vertices, other, |lane, t| {
             nearest.offer(t, self.ids[lane]);
             false
         });
@@ -66,33 +66,24 @@ impl Block for TriangleBlock {
 
     #[inline(always)]
     fn any(&self, ray: &PreparedRay) -> bool {
-        ray.watertight.intersect4(&self.vertices, |_, _| true)
+        let other = |lane: usize| !ray.ends.contains(&self.ids[lane]);
+        ray.watertight.intersect4(&self.vertices, other, |_, _| true)
     }
 }
 
-/// Four spheres.
+/// Up to four quadrics.
 #[derive(Debug)]
-pub(super) struct SphereBlock {
-    spheres: [Sphere; BLOCK_SIZE],
-    ids: [Hit; BLOCK_SIZE],
-}
+pub(super) struct QuadricBlock(Vec<(Shape, Hit)>);
 
-impl Block for SphereBlock {
+impl Block for QuadricBlock {
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
-        let ids = std::array::from_fn(|i| lane(items, i).id);
-        let spheres = ids.map(|id: Hit| {
-            let Shape::Sphere(sphere) = shapes[id.shape as usize] else {
-                unreachable!("a block of spheres is built from spheres");
-            };
-            sphere
-        });
-        Self { spheres, ids }
+        Self(items.iter().map(|item| (shapes[item.id.shape as usize].clone(), item.id)).collect())
     }
 
     #[inline]
     fn closest(&self, ray: &PreparedRay, nearest: &mut Nearest) {
-        for (sphere, &id) in self.spheres.iter().zip(&self.ids) {
-            if let Some(t) = sphere.intersect(&ray.ray) {
+        for &(ref quadric, id) in &self.0 {
+            if let Some(t) = quadric.intersect(0, &ray.ray) {
                 nearest.offer(t, id);
             }
         }
@@ -100,6 +91,6 @@ impl Block for SphereBlock {
 
     #[inline]
     fn any(&self, ray: &PreparedRay) -> bool {
-        self.spheres.iter().any(|sphere| sphere.intersect(&ray.ray).is_some())
+        self.0.iter().any(|(quadric, _)| quadric.intersect(0, &ray.ray).is_some())
     }
 }

@@ -66,6 +66,7 @@ fn half_area(bounds: Bounds) -> f64 {
     e.x * e.y + e.y * e.z + e.z * e.x
 }
 
+/// What a node of the binary tree holds.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     /// Children at the next place and `right` places further.

@@ -1,4 +1,4 @@
-//! Our own accelerator: wide bounding volume hierarchies, one over the triangles and one over the spheres.
+//! Our own accelerator: wide bounding volume hierarchies, one over the triangles and one over the quadrics.
 //!
 //! The answer does not depend on the order in which boxes are visited, nor on how the tree was built: every primitive
 //! has one f32 distance (computed in f64 and rounded, see [`crate::shape::triangle`]), the nearest wins, at equal
@@ -7,23 +7,56 @@
 mod block;
 mod build;
 mod collapse;
+mod flat;
 mod wide;
 
 use super::Hit;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use crate::shape::triangle::WatertightRay;
-use block::{SphereBlock, TriangleBlock};
+use block::{QuadricBlock, TriangleBlock};
 use build::Item;
 #[cfg(feature = "embree")]
+use flat::FLAT_LIMIT;
+use flat::FlatList;
+#[cfg(feature = "embree")]
 pub(crate) use wide::Stack as TraversalStack;
-use wide::{SlabRay, Stack, Tree};
+use wide::{Stack, Tree};
+
+/// Rays that are answered at a time.
+const CHUNK: usize = 64;
 
 /// Both hierarchies; each is absent where the scene has nothing for it.
 #[derive(Debug)]
 pub(crate) struct Native {
-    triangles: Option<Tree<TriangleBlock>>,
-    spheres: Option<Tree<SphereBlock>>,
+    triangles: Option<Triangles>,
+    quadrics: Option<Tree<QuadricBlock>>,
+}
+
+/// All triangles.
+#[derive(Debug)]
+enum Triangles {
+    /// Few.
+    Flat(FlatList),
+    /// Many.
+    Tree(Tree<TriangleBlock>),
+}
+
+impl Triangles {
+    fn build(shapes: &[Shape]) -> Option<Self> {
+        let items = items(shapes, is_mesh);
+        match FlatList::build(&items, shapes) {
+            Some(list) => Some(Self::Flat(list)),
+            None => Tree::build(items, shapes).map(Self::Tree),
+        }
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        match self {
+            Self::Flat(list) => list.memory_bytes(),
+            Self::Tree(tree) => tree.memory_bytes(),
+        }
+    }
 }
 
 /// A ray as the blocks of primitives want it.
@@ -31,6 +64,8 @@ pub(crate) struct Native {
 pub(super) struct PreparedRay {
     ray: Ray,
     watertight: WatertightRay,
+    /// The triangles it starts and ends on.
+    ends: [Hit; 2],
 }
 
 /// The nearest hit so far; at first none, at the end of the ray.
@@ -58,70 +93,92 @@ impl Nearest {
     }
 }
 
+impl PreparedRay {
+    #[inline(always)]
+    fn new(ray: &Ray, ends: [Hit; 2]) -> Self {
+        Self { ray: *ray, watertight: WatertightRay::new(ray), ends }
+    }
+}
+
 impl Native {
     /// Builds over all of `shapes`, on the current rayon pool. The same trees for any number of threads.
     pub(crate) fn build(shapes: &[Shape]) -> Self {
-        Self {
-            triangles: Tree::build(items(shapes, |s| matches!(s, Shape::Mesh(_))), shapes),
-            ..Self::build_spheres(shapes)
-        }
+        Self { triangles: Triangles::build(shapes), ..Self::build_quadrics(shapes) }
     }
 
-    /// Builds over the spheres alone.
-    pub(crate) fn build_spheres(shapes: &[Shape]) -> Self {
-        Self { triangles: None, spheres: Tree::build(items(shapes, |s| matches!(s, Shape::Sphere(_))), shapes) }
+    /// Builds over all of `shapes` if the triangles are few enough for a list, and there are any.
+    #[cfg(feature = "embree")]
+    pub(crate) fn build_flat(shapes: &[Shape]) -> Option<Self> {
+        let triangles: usize = shapes.iter().filter(|s| is_mesh(s)).map(Shape::primitive_count).sum();
+        (triangles <= FLAT_LIMIT).then(|| Self::build(shapes)).filter(Self::is_flat)
+    }
+
+    /// Builds over the quadrics alone.
+    pub(crate) fn build_quadrics(shapes: &[Shape]) -> Self {
+        Self { triangles: None, quadrics: Tree::build(items(shapes, |s| !is_mesh(s)), shapes) }
+    }
+
+    /// Whether its triangles are few enough for a list.
+    pub(crate) fn is_flat(&self) -> bool {
+        matches!(self.triangles, Some(Triangles::Flat(_)))
     }
 
     /// Whether it holds nothing.
     #[cfg(feature = "embree")]
     pub(crate) fn is_empty(&self) -> bool {
-        self.triangles.is_none() && self.spheres.is_none()
+        self.triangles.is_none() && self.quadrics.is_none()
     }
 
-    /// The closest hit of each ray.
-    pub(crate) fn closest_hits(&self, rays: &[Ray], hits: &mut [Hit]) {
+    /// The closest hit of each ray; see [`super::Accel::closest_hits_from`].
+    pub(crate) fn closest_hits(&self, rays: &[Ray], from: &[Hit], hits: &mut [Hit]) {
         let mut stack = Stack::new();
-        for (ray, hit) in rays.iter().zip(hits) {
-            let mut nearest = Nearest::none(ray);
-            self.improve(ray, &mut nearest, &mut stack);
-            *hit = nearest.hit;
-        }
-    }
-
-    /// Takes what is nearer than `nearest`.
-    pub(crate) fn improve(&self, ray: &Ray, nearest: &mut Nearest, stack: &mut Stack) {
-        let prepared = PreparedRay { ray: *ray, watertight: WatertightRay::new(ray) };
-        if let Some(tree) = &self.triangles {
-            tree.closest(&prepared, &SlabRay::new(ray, tree.reach()), nearest, stack);
-        }
-        if let Some(tree) = &self.spheres {
-            tree.closest(&prepared, &SlabRay::new(ray, tree.reach()), nearest, stack);
-        }
-    }
-
-    /// Whether each ray meets anything. An answer that is true already is left alone.
-    pub(crate) fn occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
-        let mut stack = Stack::new();
-        for (ray, occluded) in rays.iter().zip(occluded) {
-            if *occluded {
-                continue;
+        let with_distances = self.quadrics.is_some();
+        let mut nearest = [Nearest { t: 0.0, hit: Hit::NONE }; CHUNK];
+        for ((chunk, rays), hits) in rays.chunks(CHUNK).enumerate().zip(hits.chunks_mut(CHUNK)) {
+            let nearest = &mut nearest[..rays.len()];
+            let from = from.get(chunk * CHUNK..chunk * CHUNK + rays.len()).unwrap_or(&[]);
+            match &self.triangles {
+                Some(Triangles::Flat(list)) => list.closest_hits(rays, from, nearest, with_distances),
+                Some(Triangles::Tree(tree)) => tree.closest_hits(rays, from, nearest, &mut stack),
+                None => nearest.iter_mut().zip(rays).for_each(|(nearest, ray)| *nearest = Nearest::none(ray)),
             }
-            let prepared = PreparedRay { ray: *ray, watertight: WatertightRay::new(ray) };
-            *occluded = self
-                .triangles
-                .as_ref()
-                .is_some_and(|tree| tree.any(&prepared, &SlabRay::new(ray, tree.reach()), &mut stack))
-                || self
-                    .spheres
-                    .as_ref()
-                    .is_some_and(|tree| tree.any(&prepared, &SlabRay::new(ray, tree.reach()), &mut stack));
+            for ((ray, nearest), hit) in rays.iter().zip(nearest).zip(hits) {
+                self.improve_by_quadrics(ray, nearest, &mut stack);
+                *hit = nearest.hit;
+            }
+        }
+    }
+
+    /// Takes the quadric that is nearer than `nearest`, if any.
+    #[inline]
+    pub(crate) fn improve_by_quadrics(&self, ray: &Ray, nearest: &mut Nearest, stack: &mut Stack) {
+        if let Some(tree) = &self.quadrics {
+            tree.improve(ray, nearest, stack);
+        }
+    }
+
+    /// Whether each ray meets anything; see [`super::Accel::occluded_between`]. An answer that is true already is left
+    /// alone.
+    pub(crate) fn occluded(&self, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
+        match &self.triangles {
+            Some(Triangles::Flat(list)) => list.occluded(rays, ends, occluded),
+            Some(Triangles::Tree(tree)) => tree.occluded(rays, ends, occluded),
+            None => {}
+        }
+        if let Some(tree) = &self.quadrics {
+            tree.occluded(rays, ends, occluded);
         }
     }
 
     /// Bytes held.
     pub(crate) fn memory_bytes(&self) -> u64 {
-        self.triangles.as_ref().map_or(0, Tree::memory_bytes) + self.spheres.as_ref().map_or(0, Tree::memory_bytes)
+        self.triangles.as_ref().map_or(0, Triangles::memory_bytes)
+            + self.quadrics.as_ref().map_or(0, Tree::memory_bytes)
     }
+}
+
+fn is_mesh(shape: &Shape) -> bool {
+    matches!(shape, Shape::Mesh(_))
 }
 
 /// The primitives of the shapes that `wanted` picks.

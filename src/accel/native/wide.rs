@@ -4,7 +4,7 @@
 //!
 //! A box may be left out only if no primitive in it can have a hit that counts. What counts are points P of primitives
 //! at a distance t (in f64) that lie *beside* the ray o + t·d by at most 6·u·M in the two axes that are not dominant
-//! (see [`crate::shape::triangle`]; spheres: by the rounding of f64), u the unit roundoff and M the largest coordinate of
+//! (see [`crate::shape::triangle`]; quadrics: by the rounding of f64), u the unit roundoff and M the largest coordinate of
 //! P − o. Let S be the largest coordinate of the tree's bounds ([`Tree::reach`]). Then M ≤ |o| + S =: R, in the maximum
 //! norm, wherever the origin is.
 //!
@@ -34,11 +34,13 @@ use super::block::Block;
 use super::build::{self, BinaryNode, Item, Kind, MAX_DEPTH};
 use super::collapse::Plans;
 use super::{Nearest, PreparedRay};
+use crate::accel::Hit;
 use crate::math::bounds::Bounds;
 use crate::math::float::{UNIT_ROUNDOFF, max, min};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
-use glam::Vec4;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f32x8};
 use rayon::prelude::*;
 
 /// Children of a node.
@@ -63,20 +65,20 @@ const LANE_BITS: u32 = WIDTH as u32 - 1;
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Node {
-    /// `[lower, upper][axis][lane]`, lanes by fours; (∞, −∞) where there is no child.
-    bounds: [[[Vec4; WIDTH / 4]; 3]; 2],
+    /// `[lower, upper][axis][lane]`; (∞, −∞) where there is no child.
+    bounds: [[[f32; WIDTH]; 3]; 2],
     /// Index of a node, or of a block with [`BLOCK`] set.
     children: [u32; WIDTH],
 }
 
 impl Node {
     const EMPTY: Self =
-        Self { bounds: [[[Vec4::INFINITY; WIDTH / 4]; 3], [[Vec4::NEG_INFINITY; WIDTH / 4]; 3]], children: [0; WIDTH] };
+        Self { bounds: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]], children: [0; WIDTH] };
 
     fn set(&mut self, lane: usize, bounds: Bounds, child: u32) {
         for (axis, (lower, upper)) in bounds.min.to_array().into_iter().zip(bounds.max.to_array()).enumerate() {
-            self.bounds[0][axis][lane / 4][lane % 4] = lower;
-            self.bounds[1][axis][lane / 4][lane % 4] = upper;
+            self.bounds[0][axis][lane] = lower;
+            self.bounds[1][axis][lane] = upper;
         }
         self.children[lane] = child;
     }
@@ -84,7 +86,7 @@ impl Node {
 
 /// What the slab test reads of a ray.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SlabRay {
+struct SlabRay {
     /// 0 where the ray enters by the lower plane, else 1.
     near: [usize; 3],
     /// The origin moved by the padding, for the plane of entry and that of exit.
@@ -97,8 +99,8 @@ pub(super) struct SlabRay {
 
 impl SlabRay {
     /// Prepares `ray` for a tree whose largest coordinate is `reach`.
-    #[inline]
-    pub(super) fn new(ray: &Ray, reach: f32) -> Self {
+    #[inline(always)]
+    fn new(ray: &Ray, reach: f32) -> Self {
         let padding = PADDING_ROUNDINGS * UNIT_ROUNDOFF * (ray.o.abs().max_element() + reach);
         let least = ray.d.abs().max_element() * LEAST_COMPONENT;
         let mut slab = Self {
@@ -124,22 +126,18 @@ impl SlabRay {
 
     /// The children that the ray meets before `tmax`, one bit a lane, and the distances of entry of all.
     #[inline(always)]
-    fn meets(&self, node: &Node, tmax: f32) -> (u32, [f32; WIDTH]) {
-        let mut entry = [Vec4::splat(self.tmin); WIDTH / 4];
-        let mut exit = [Vec4::splat(tmax); WIDTH / 4];
+    fn meets<S: Simd>(&self, simd: S, node: &Node, tmax: f32) -> (u32, [f32; WIDTH]) {
+        let mut entry = f32x8::splat(simd, self.tmin);
+        let mut exit = f32x8::splat(simd, tmax);
         for axis in 0..3 {
-            let near = &node.bounds[self.near[axis]][axis];
-            let far = &node.bounds[1 - self.near[axis]][axis];
-            for half in 0..WIDTH / 4 {
-                entry[half] = entry[half].max((near[half] - self.entry_origin[axis]) * self.inverse[axis]);
-                exit[half] = exit[half].min((far[half] - self.exit_origin[axis]) * self.inverse[axis]);
-            }
+            let near = f32x8::from_slice(simd, &node.bounds[self.near[axis]][axis]);
+            let far = f32x8::from_slice(simd, &node.bounds[1 - self.near[axis]][axis]);
+            entry = entry.max((near - self.entry_origin[axis]) * self.inverse[axis]);
+            exit = exit.min((far - self.exit_origin[axis]) * self.inverse[axis]);
         }
-        let met = |half: usize| entry[half].cmple(exit[half]).bitmask() << (4 * half);
         let mut distances = [0.0; WIDTH];
-        entry[0].write_to_slice(&mut distances[..4]);
-        entry[1].write_to_slice(&mut distances[4..]);
-        (met(0) | met(1), distances)
+        entry.store_slice(&mut distances);
+        (entry.simd_le(exit).to_bitmask() as u32, distances)
     }
 }
 
@@ -177,6 +175,7 @@ pub(super) struct Tree<B> {
     /// Reference to the root, in the form of [`Node::children`].
     root: u32,
     reach: f32,
+    level: Level,
 }
 
 impl<B: Block> Tree<B> {
@@ -192,12 +191,7 @@ impl<B: Block> Tree<B> {
         nodes.shrink_to_fit();
         let blocks = leaves.into_par_iter().with_min_len(1024).map(|leaf| B::new(&items[leaf], shapes)).collect();
         let Bounds { min, max } = binary[0].bounds;
-        Some(Self { nodes, blocks, root, reach: min.abs().max(max.abs()).max_element() })
-    }
-
-    /// The largest coordinate of anything in it.
-    pub(super) fn reach(&self) -> f32 {
-        self.reach
+        Some(Self { nodes, blocks, root, reach: min.abs().max(max.abs()).max_element(), level: Level::new() })
     }
 
     /// Bytes held.
@@ -206,8 +200,14 @@ impl<B: Block> Tree<B> {
     }
 
     /// Offers every hit that can be the nearest.
-    #[inline]
-    pub(super) fn closest(&self, ray: &PreparedRay, slab: &SlabRay, nearest: &mut Nearest, stack: &mut Stack) {
+    pub(super) fn improve(&self, ray: &Ray, nearest: &mut Nearest, stack: &mut Stack) {
+        let prepared = PreparedRay::new(ray, [Hit::NONE; 2]);
+        dispatch!(self.level, simd => self.closest(simd, &prepared, nearest, stack));
+    }
+
+    #[inline(always)]
+    fn closest<S: Simd>(&self, simd: S, ray: &PreparedRay, nearest: &mut Nearest, stack: &mut Stack) {
+        let slab = SlabRay::new(&ray.ray, self.reach);
         stack.len = 0;
         stack.push(0.0, self.root);
         while let Some((entry, mut child)) = stack.pop() {
@@ -216,7 +216,7 @@ impl<B: Block> Tree<B> {
             }
             while child & BLOCK == 0 {
                 let node = &self.nodes[child as usize];
-                match descend(node, slab.meets(node, nearest.t), stack) {
+                match descend(node, slab.meets(simd, node, nearest.t), stack) {
                     Some(next) => child = next,
                     None => break,
                 }
@@ -227,15 +227,44 @@ impl<B: Block> Tree<B> {
         }
     }
 
+    /// The nearest hit of each ray.
+    pub(super) fn closest_hits(&self, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
+        dispatch!(self.level, simd => self.closest_all(simd, rays, from, nearest, stack));
+    }
+
+    #[inline(always)]
+    fn closest_all<S: Simd>(&self, simd: S, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
+        for (i, (ray, nearest)) in rays.iter().zip(nearest).enumerate() {
+            *nearest = Nearest::none(ray);
+            let from = from.get(i).copied().unwrap_or(Hit::NONE);
+            self.closest(simd, &PreparedRay::new(ray, [from, Hit::NONE]), nearest, stack);
+        }
+    }
+
+    /// Whether each ray meets anything. An answer that is true already is left alone.
+    pub(super) fn occluded(&self, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
+        dispatch!(self.level, simd => self.any_all(simd, rays, ends, occluded));
+    }
+
+    #[inline(always)]
+    fn any_all<S: Simd>(&self, simd: S, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
+        let mut stack = Stack::new();
+        for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
+            let ends = ends.get(i).copied().unwrap_or([Hit::NONE; 2]);
+            *occluded = *occluded || self.any(simd, &PreparedRay::new(ray, ends), &mut stack);
+        }
+    }
+
     /// Whether anything is hit.
-    #[inline]
-    pub(super) fn any(&self, ray: &PreparedRay, slab: &SlabRay, stack: &mut Stack) -> bool {
+    #[inline(always)]
+    fn any<S: Simd>(&self, simd: S, ray: &PreparedRay, stack: &mut Stack) -> bool {
+        let slab = SlabRay::new(&ray.ray, self.reach);
         stack.len = 0;
         stack.push(0.0, self.root);
         while let Some((_, mut child)) = stack.pop() {
             while child & BLOCK == 0 {
                 let node = &self.nodes[child as usize];
-                match descend(node, slab.meets(node, ray.ray.tmax), stack) {
+                match descend(node, slab.meets(simd, node, ray.ray.tmax), stack) {
                     Some(next) => child = next,
                     None => break,
                 }
