@@ -5,11 +5,12 @@ use crate::math::frame::Frame;
 use crate::sampling::distribution::Discrete;
 use crate::sampling::pdf::{AreaPdf, SolidAnglePdf};
 use crate::sampling::warp;
+use crate::shape::cylinder::Cylinder;
 use crate::shape::offset::SurfacePoint;
 use crate::shape::sphere::Sphere;
-use crate::shape::{Shape, TriangleMesh};
+use crate::shape::{Hit, Shape, TriangleMesh};
 use crate::spectrum::Rgb;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 
 /// A shape that emits.
@@ -19,9 +20,9 @@ pub struct AreaLight {
     pub shape: u32,
     /// Radiance of its front side in W·sr⁻¹·m⁻².
     pub radiance: Rgb,
-    /// Density of a uniform point of its surface.
+    /// Density of a uniform point of its surface (which points of a cylinder are not).
     pdf: AreaPdf,
-    /// Triangles in proportion to their areas; `None` for a sphere.
+    /// Triangles in proportion to their areas; `None` for a quadric.
     triangles: Option<Discrete>,
 }
 
@@ -37,36 +38,72 @@ impl AreaLight {
     /// `shape` is the index of `surface`. `None` where the surface has no area.
     pub fn new(shape: u32, surface: &Shape, radiance: Rgb) -> Option<Self> {
         let (area, triangles) = match surface {
-            Shape::Mesh(mesh) => (mesh.areas().sum::<f64>(), Some(Discrete::new(mesh.areas())?)),
-            Shape::Sphere(s) => (4.0 * PI * f64::from(s.radius) * f64::from(s.radius), None),
+            Shape::Mesh(mesh) => (surface.area(), Some(Discrete::new(mesh.areas())?)),
+            quadric => (quadric.area(), None),
         };
         let pdf = AreaPdf((1.0 / area) as f32);
         pdf.0.is_finite().then_some(Self { shape, radiance, pdf, triangles })
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(&self, surface: &Shape, p: DVec3, u: Vec2) -> Option<LightSample> {
         match surface {
-            Shape::Mesh(mesh) => self.towards(p, self.mesh_point(mesh, u)),
+            Shape::Mesh(mesh) => {
+                let (face, end) = self.mesh_point(mesh, u);
+                self.towards(p, self.pdf, end, face)
+            }
+            quadric => self.sample_quadric(quadric, &p, u),
+        }
+    }
+
+    #[inline(never)]
+    fn sample_quadric(&self, surface: &Shape, &p: &DVec3, u: Vec2) -> Option<LightSample> {
+        match surface {
+            Shape::Mesh(_) => unreachable!("a mesh is no quadric"),
             Shape::Sphere(sphere) => match Cap::of(sphere, p) {
                 Some(cap) => self.sample_cap(sphere, &cap, p, u),
-                None => self.towards(p, sphere.point(warp::square_to_uniform_sphere(u).as_dvec3()).point),
+                None => self.towards(p, self.pdf, sphere.point(warp::square_to_uniform_sphere(u).as_dvec3()).point, 0),
             },
+            Shape::Disk(disk) => self.towards(p, self.pdf, disk.point(warp::square_to_disk(u).as_dvec2()).point, 0),
+            Shape::Cylinder(cylinder) => {
+                let arc = Arc::of(cylinder, p);
+                let xy = arc.point(u.x);
+                self.towards(p, arc.pdf(cylinder, xy), cylinder.point(xy, f64::from(u.y)).point, 0)
+            }
         }
     }
 
     /// Density with which [`super::Light::sample`] finds the direction from `p` to the point `end` of this light.
-    #[inline]
+    #[inline(always)]
     pub fn pdf(&self, surface: &Shape, p: DVec3, end: &SurfacePoint) -> SolidAnglePdf {
-        if let Shape::Sphere(sphere) = surface
-            && let Some(cap) = Cap::of(sphere, p)
-        {
-            return warp::square_to_uniform_cone_pdf(cap.one_minus_cos as f32);
+        match surface {
+            Shape::Mesh(_) | Shape::Disk(_) => Self::seen_from(p, self.pdf, end),
+            Shape::Sphere(_) | Shape::Cylinder(_) => self.quadric_pdf(surface, &p, &{ *end }),
         }
+    }
+
+    #[inline(never)]
+    fn quadric_pdf(&self, surface: &Shape, &p: &DVec3, end: &SurfacePoint) -> SolidAnglePdf {
+        match surface {
+            Shape::Mesh(_) | Shape::Disk(_) => Self::seen_from(p, self.pdf, end),
+            Shape::Sphere(sphere) => match Cap::of(sphere, p) {
+                Some(cap) => warp::square_to_uniform_cone_pdf(cap.one_minus_cos as f32),
+                None => Self::seen_from(p, self.pdf, end),
+            },
+            Shape::Cylinder(cylinder) => {
+                let pdf = Arc::of(cylinder, p).pdf(cylinder, cylinder.project(end.p).normalize());
+                Self::seen_from(p, pdf, end)
+            }
+        }
+    }
+
+    /// A density of points of the light, as one of directions from `p`.
+    #[inline(always)]
+    fn seen_from(p: DVec3, pdf: AreaPdf, end: &SurfacePoint) -> SolidAnglePdf {
         // The difference is what needs f64; its length does not.
         let to = (end.p - p).as_vec3();
         let distance_squared = to.length_squared();
-        self.pdf.to_solid_angle(distance_squared, to.dot(end.n) / distance_squared.sqrt())
+        pdf.to_solid_angle(distance_squared, to.dot(end.n) / distance_squared.sqrt())
     }
 
     /// Radiance that leaves the surface point with normal `n` in direction `w`.
@@ -75,23 +112,35 @@ impl AreaLight {
         if n.dot(w) > 0.0 { self.radiance } else { Rgb::BLACK }
     }
 
-    #[inline]
-    fn mesh_point(&self, mesh: &TriangleMesh, u: Vec2) -> SurfacePoint {
-        let (face, x) = self.triangles.as_ref().map_or((0, u.x), |t| t.sample(u.x));
+    #[inline(always)]
+    fn mesh_point(&self, mesh: &TriangleMesh, u: Vec2) -> (u32, SurfacePoint) {
+        let (face, x) = match &self.triangles {
+            Some(triangles) => triangles.sample(u.x),
+            None => (0, u.x),
+        };
         let b = warp::square_to_triangle(Vec2::new(x, u.y));
-        mesh.point(face as u32, b.to_array().map(f64::from)).point
+        (face as u32, mesh.point(face as u32, b.as_dvec3().to_array()).point)
     }
 
-    /// The sample that leads from `p` to a uniform point of the surface.
-    #[inline]
-    fn towards(&self, p: DVec3, end: SurfacePoint) -> Option<LightSample> {
+    /// The sample that leads from `p` to a point of this primitive of the surface that was found with this density.
+    #[inline(always)]
+    fn towards(&self, p: DVec3, pdf: AreaPdf, end: SurfacePoint, primitive: u32) -> Option<LightSample> {
         let to = (end.p - p).as_vec3();
         let distance_squared = to.length_squared();
-        let wi = to / distance_squared.sqrt();
-        let pdf = self.pdf.to_solid_angle(distance_squared, wi.dot(end.n));
+        let distance = distance_squared.sqrt();
+        let wi = to / distance;
+        // As in `pdf`: a grazing cosine is all rounding, but the same rounding.
+        let pdf = pdf.to_solid_angle(distance_squared, to.dot(end.n) / distance);
         let radiance = self.emitted(end.n, -wi);
         // Seen from behind or edge-on, or p on the surface itself (where wi is NaN).
-        (pdf.0 > 0.0 && !radiance.is_black()).then_some(LightSample { wi, radiance, pdf, end: Some(end) })
+        // A density beyond all numbers belongs to a light too small and near to be told from a point.
+        (pdf.0 > 0.0 && pdf.0.is_finite() && !radiance.is_black()).then_some(LightSample {
+            wi,
+            radiance,
+            pdf: Some(pdf),
+            end: Some(end),
+            on: Hit { shape: self.shape, primitive },
+        })
     }
 
     /// A direction of the cone in which `p` sees the sphere (pbrt-v4 section 6.2.4), in f64 where digits cancel.
@@ -107,18 +156,65 @@ impl AreaLight {
         let radiance = self.emitted(end.n, -w.as_vec3());
         let pdf = warp::square_to_uniform_cone_pdf(cap.one_minus_cos as f32);
         let wi = (end.p - p).normalize().as_vec3();
-        (pdf.0.is_finite() && !radiance.is_black()).then_some(LightSample { wi, radiance, pdf, end: Some(end) })
+        (pdf.0.is_finite() && !radiance.is_black()).then_some(LightSample {
+            wi,
+            radiance,
+            pdf: Some(pdf),
+            end: Some(end),
+            on: Hit { shape: self.shape, primitive: 0 },
+        })
+    }
+}
+
+/// The part of a cylinder whose front a point can see, as seen along the axis: an interval of angles.
+struct Arc {
+    /// The angle in its middle.
+    middle: f64,
+    /// From there to either end.
+    half: f64,
+}
+
+impl Arc {
+    /// A point outside at ρ radii from the axis sees the outside of an endless cylinder within ±acos(1/ρ) of its own
+    /// angle (affine maps keep this, so ρ is taken where the cross section is the unit circle). Where the front is the
+    /// inside, or the point is, all of it.
+    #[inline]
+    fn of(cylinder: &Cylinder, p: DVec3) -> Self {
+        let xy = cylinder.project(p);
+        // tan² of the half angle, without the cancellation of acos(1/ρ) near 1.
+        let tan2 = xy.length_squared() - 1.0;
+        if cylinder.is_flipped() || !(tan2 > 0.0) {
+            return Self { middle: 0.0, half: PI };
+        }
+        Self { middle: libm::atan2(xy.y, xy.x), half: libm::atan(tan2.sqrt()) }
+    }
+
+    /// A uniform point of the arc, of unit length.
+    #[inline]
+    fn point(&self, u: f32) -> DVec2 {
+        let (y, x) = libm::sincos(self.middle + (2.0 * f64::from(u) - 1.0) * self.half);
+        DVec2::new(x, y)
+    }
+
+    /// Density of a point that is uniform in angle and height, in the direction `xy` of unit length.
+    #[inline]
+    fn pdf(&self, cylinder: &Cylinder, xy: DVec2) -> AreaPdf {
+        AreaPdf((1.0 / (2.0 * self.half * cylinder.area_element(xy))) as f32)
     }
 }
 
 impl Cap {
-    /// What `p` sees of the sphere; `None` from inside or from the surface.
+    /// What `p` sees of the sphere's front; `None` from inside, from the surface, and where the front is the inside.
+    ///
+    /// A point of the surface itself is inside or outside by rounding: if the front is the outside, it sees nothing of it
+    /// either way; if it is the inside, it sees all of it, of which a cap would be the wrong side.
     #[inline]
     fn of(sphere: &Sphere, p: DVec3) -> Option<Self> {
         let distance_squared = (sphere.centre.as_dvec3() - p).length_squared();
         let sin2 = f64::from(sphere.radius).powi(2) / distance_squared;
         // 1 − √(1 − sin²) without cancellation.
-        (sin2 < 1.0).then(|| Self { one_minus_cos: sin2 / (1.0 + (1.0 - sin2).sqrt()), distance_squared })
+        (sin2 < 1.0 && !sphere.flip)
+            .then(|| Self { one_minus_cos: sin2 / (1.0 + (1.0 - sin2).sqrt()), distance_squared })
     }
 }
 

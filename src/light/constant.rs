@@ -3,6 +3,7 @@
 use super::LightSample;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::sampling::warp;
+use crate::shape::Hit;
 use crate::spectrum::Rgb;
 use glam::Vec2;
 
@@ -16,7 +17,13 @@ pub struct ConstantLight {
 impl ConstantLight {
     #[inline]
     pub(super) fn sample(&self, u: Vec2) -> LightSample {
-        LightSample { wi: warp::square_to_uniform_sphere(u), radiance: self.radiance, pdf: self.pdf(), end: None }
+        LightSample {
+            wi: warp::square_to_uniform_sphere(u),
+            radiance: self.radiance,
+            pdf: Some(self.pdf()),
+            end: None,
+            on: Hit::NONE,
+        }
     }
 
     /// Density with which any direction is sampled.

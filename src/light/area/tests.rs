@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::sampler::{Sampler, SamplerKind};
+use crate::shape::disk::Disk;
 
 fn shapes() -> Vec<(&'static str, Shape)> {
     let positions = vec![
@@ -12,7 +13,14 @@ fn shapes() -> Vec<(&'static str, Shape)> {
     ];
     let quad = TriangleMesh { positions, faces: vec![[0, 1, 2], [0, 2, 3]], ..TriangleMesh::default() };
     let sphere = Sphere { centre: Vec3::new(0.1, 0.0, -0.2), radius: 0.3, flip: false };
+    let centre = DVec3::new(-0.1, 0.1, -0.2);
+    let [u, v, h] = [DVec3::new(0.3, 0.1, 0.0), DVec3::new(-0.1, 0.4, 0.0), DVec3::new(0.1, 0.2, 0.5)];
+    let cylinder = |axes, flip| Shape::Cylinder(Cylinder::new(centre, axes, flip).unwrap());
     vec![
+        ("disk", Shape::Disk(Disk::new(centre, u, v, DVec3::Z).unwrap())),
+        ("cylinder", cylinder([0.2 * DVec3::X, 0.2 * DVec3::Y, 0.4 * DVec3::Z], false)),
+        ("oblique cylinder", cylinder([u, v, h], false)),
+        ("cylinder from inside", cylinder([2.0 * DVec3::X, 2.0 * DVec3::Y, DVec3::Z], true)),
         ("quad", Shape::Mesh(quad)),
         ("sphere", Shape::Sphere(sphere)),
         ("sphere from inside", Shape::Sphere(Sphere { radius: 2.0, flip: true, ..sphere })),
@@ -33,7 +41,7 @@ fn densities_integrate_to_the_solid_angle_of_the_light() {
         for p in [DVec3::new(0.0, 0.1, 0.7), DVec3::new(-0.6, 0.2, 0.3)] {
             let drawn = samples(&light, &surface, p);
             let n = drawn.len() as f64;
-            let estimate = drawn.iter().flatten().map(|s| 1.0 / f64::from(s.pdf.0)).sum::<f64>() / n;
+            let estimate = drawn.iter().flatten().map(|s| 1.0 / f64::from(s.pdf.unwrap().0)).sum::<f64>() / n;
             let sampler = Sampler { kind: SamplerKind::Sobol, seed: 2 };
             let seen = (0..1 << 16)
                 .filter(|&i| {
@@ -51,14 +59,10 @@ fn densities_integrate_to_the_solid_angle_of_the_light() {
 }
 
 fn front_is_met(surface: &Shape, ray: &crate::math::ray::Ray) -> bool {
-    match surface {
-        Shape::Mesh(m) => (0..m.faces.len() as u32).any(|f| {
-            let [a, b, c] = m.triangle(f);
-            let watertight = crate::shape::triangle::WatertightRay::new(ray);
-            watertight.intersect(a, b, c).is_some() && surface.meet(ray, f).point.n.dot(ray.d) < 0.0
-        }),
-        Shape::Sphere(s) => s.intersect(ray).is_some() && surface.meet(ray, 0).point.n.dot(ray.d) < 0.0,
-    }
+    let nearest = (0..surface.primitive_count() as u32)
+        .filter_map(|i| Some((surface.intersect(i, ray)?, i)))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.is_some_and(|(_, i)| surface.meet(ray, i).point.n.dot(ray.d) < 0.0)
 }
 
 #[test]
@@ -69,7 +73,7 @@ fn sampled_and_queried_densities_agree_and_points_lie_on_the_ray() {
         for s in samples(&light, &surface, p).iter().flatten() {
             let end = s.end.unwrap();
             let queried = light.pdf(&surface, p, &end).0;
-            assert!((queried / s.pdf.0 - 1.0).abs() < 1e-4, "{name}: {queried} against {}", s.pdf.0);
+            assert!((queried / s.pdf.unwrap().0 - 1.0).abs() < 1e-4, "{name}: {queried} against {}", s.pdf.unwrap().0);
             let w = (end.p - p).normalize().as_vec3();
             assert!((w - s.wi).length() < 1e-6, "{name}: {w} against {}", s.wi);
             assert!(end.n.dot(s.wi) < 0.0, "{name}: the back side was sampled");
@@ -84,7 +88,11 @@ fn small_and_distant_lights_keep_their_solid_angle() {
         let light = AreaLight::new(0, &surface, Rgb::WHITE).unwrap();
         for s in samples(&light, &surface, DVec3::new(0.6, -0.7, 0.3)).iter().flatten().take(1000) {
             let solid_angle = PI * f64::from(radius).powi(2) / 0.94;
-            assert!((1.0 / f64::from(s.pdf.0) / solid_angle - 1.0).abs() < 1e-3, "radius {radius}: {}", s.pdf.0);
+            assert!(
+                (1.0 / f64::from(s.pdf.unwrap().0) / solid_angle - 1.0).abs() < 1e-3,
+                "radius {radius}: {}",
+                s.pdf.unwrap().0
+            );
         }
     }
 }
