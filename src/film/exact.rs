@@ -6,7 +6,10 @@
 //!   sample alone. f32 values of at least 2^(E − 41), that is 5·10⁻¹³ of the brightest light, are not rounded at all.
 //! - Every value below 2^(E + 31) fits, two billion times the brightest light, and 2³² of them can be added without
 //!   overflow (31 + 64 + 32 = 127 bits). A value that does not fit is refused, like one that is not finite, and counted.
+//! - Weights of a reconstruction filter are integers, too, so that a value times a weight is exact before it is rounded
+//!   to the unit.
 
+use super::kernel::WEIGHT_BITS;
 use crate::spectrum::Rgb;
 
 /// Bits below the scale's 2ᴱ.
@@ -34,9 +37,10 @@ impl Scale {
         Self { exponent: libm::frexpf(radiance).1 }
     }
 
-    /// `value` in units of 2^(E − 64); `None` where it is not finite or does not fit.
+    /// Magnitude of `value` and the power of two that makes it units of 2^(E − 64); `None` where it is not finite or
+    /// does not fit.
     #[inline]
-    fn quantize(self, value: f32) -> Option<i128> {
+    fn split(self, value: f32) -> Option<(u32, i32)> {
         let bits = value.to_bits();
         let biased = ((bits >> MANTISSA_BITS) & 0xff) as i32;
         let fraction = bits & ((1 << MANTISSA_BITS) - 1);
@@ -49,9 +53,55 @@ impl Scale {
         if biased == 0xff || exponent >= self.exponent + HEADROOM_BITS {
             return None;
         }
-        let shift = exponent - MANTISSA_BITS - self.exponent + FRACTION_BITS;
+        Some((mantissa, exponent - MANTISSA_BITS - self.exponent + FRACTION_BITS))
+    }
+
+    /// `value` in units of 2^(E − 64); `None` where it is not finite or does not fit.
+    #[inline]
+    fn quantize(self, value: f32) -> Option<i128> {
+        let (mantissa, shift) = self.split(value)?;
         let magnitude = if shift >= 0 { i128::from(mantissa) << shift } else { round_shift(mantissa, -shift) };
-        Some(if bits >> 31 == 1 { -magnitude } else { magnitude })
+        Some(if value.is_sign_negative() { -magnitude } else { magnitude })
+    }
+
+    /// A colour to be added with weights; `None` if a channel is not finite or does not fit.
+    #[inline]
+    pub(super) fn factors(self, value: Rgb) -> Option<[Factor; 3]> {
+        let [r, g, b] = value.to_array().map(|v| self.factor(v));
+        Some([r?, g?, b?])
+    }
+
+    #[inline]
+    fn factor(self, value: f32) -> Option<Factor> {
+        let (mantissa, shift) = self.split(value)?;
+        let shift = shift - WEIGHT_BITS.cast_signed();
+        if shift < -MAX_ROUNDED_BITS {
+            return Some(Factor { mantissa: 0, shift: 0 });
+        }
+        let magnitude = i64::from(mantissa);
+        Some(Factor { mantissa: if value.is_sign_negative() { -magnitude } else { magnitude }, shift })
+    }
+}
+
+/// Bits of a product of an f32's mantissa and a weight; whatever is shifted farther down is below half a unit.
+const MAX_ROUNDED_BITS: i32 = MANTISSA_BITS + 1 + WEIGHT_BITS.cast_signed() + 1;
+
+/// A value that is going to be multiplied by weights: mantissa · 2^shift, in units of the sum and of weights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Factor {
+    mantissa: i64,
+    shift: i32,
+}
+
+impl Factor {
+    /// Its product with a weight of at most one, in units of the sum: exact, or rounded once, to nearest.
+    #[inline]
+    fn times(self, weight: i64) -> i128 {
+        let product = self.mantissa * weight;
+        if self.shift >= 0 {
+            return i128::from(product) << self.shift;
+        }
+        i128::from((product + (1 << (-self.shift - 1))) >> -self.shift)
     }
 }
 
@@ -75,10 +125,18 @@ impl ExactRgb {
     #[inline]
     #[must_use]
     pub fn push(&mut self, value: Rgb, scale: Scale) -> bool {
-        let [r, g, b] = value.to_array().map(|v| scale.quantize(v));
-        let (Some(r), Some(g), Some(b)) = (r, g, b) else { return false };
+        let [r, g, b] = value.to_array();
+        let (Some(r), Some(g), Some(b)) = (scale.quantize(r), scale.quantize(g), scale.quantize(b)) else {
+            return false;
+        };
         self.add(&Self([r, g, b]));
         true
+    }
+
+    /// Adds a colour times a weight.
+    #[inline]
+    pub(super) fn push_weighted(&mut self, value: &[Factor; 3], weight: i64) {
+        self.add(&Self(value.map(|v| v.times(weight))));
     }
 
     /// Adds another sum of the same scale.
@@ -110,6 +168,28 @@ mod tests {
                 assert!(sum.push(Rgb::splat(v), scale), "{v}");
                 assert_eq!(sum.to_f64(scale)[0], f64::from(v), "radiance {radiance}");
             }
+        }
+    }
+
+    #[test]
+    fn products_with_weights_are_exact_or_rounded_once() {
+        let scale = Scale::for_radiance(1.0);
+        let one = 1 << WEIGHT_BITS;
+        for weight in [one, one / 2 + 1, -(one / 7), 1, 0, -1] {
+            let w = weight as f64 / one as f64;
+            for v in [0.0f32, 1.0, -0.3, 1e9, -1e-7, 1.7e-15, 3e-20, 1e-30, f32::from_bits(1)] {
+                let mut sum = ExactRgb::default();
+                sum.push_weighted(&scale.factors(Rgb::splat(v)).unwrap(), weight);
+                // 53 bits hold the product; half a unit is 2⁻⁶⁴.
+                let error = (sum.to_f64(scale)[0] - f64::from(v) * w).abs();
+                assert!(error <= libm::ldexp(1.0, -64), "{v} times {w}: off by {error}");
+                if v.abs() > 1e-2 {
+                    assert_eq!(error, 0.0, "{v} times {w}");
+                }
+            }
+        }
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e13] {
+            assert!(scale.factors(Rgb::new(1.0, bad, 1.0)).is_none(), "{bad}");
         }
     }
 

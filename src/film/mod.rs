@@ -11,16 +11,21 @@
 //! A sample is splatted into every pixel that the reconstruction filter reaches, as weight × value beside the weight,
 //! into the buffer of its own tile (which has a border as wide as the filter); tiles are then added to the film. A pixel
 //! is the quotient of its two sums. With the box filter the border is empty and every weight is one.
+//!
+//! As in Mitsuba, samples are taken in the pixels of the picture only, so that those at its edge (or at that of a crop)
+//! see but part of what the filter covers, unless the film asks for a border of samples around it.
 
 pub mod exact;
+mod kernel;
 mod tile;
 
 pub use tile::Tile;
 
-use crate::image::{Crop, Picture};
+use crate::image::{Area, Crop, Filter, Picture};
 use crate::math::float;
 use crate::spectrum::Rgb;
 use exact::{ExactRgb, Scale};
+use kernel::{Kernel, WEIGHT_BITS};
 use std::sync::Mutex;
 
 /// Edge length of a tile in pixels: its sums (32 KiB) stay in a core's cache.
@@ -32,10 +37,10 @@ const MAX_REMEMBERED: usize = 16;
 /// One sample of one pixel: what `--replay` takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SampleId {
-    /// Column in the whole film.
-    pub x: u32,
-    /// Row in the whole film.
-    pub y: u32,
+    /// Column in the whole film; negative, or beyond it, in the border that a film may have.
+    pub x: i32,
+    /// Row in the whole film; likewise.
+    pub y: i32,
     /// Index of the sample.
     pub index: u32,
 }
@@ -45,19 +50,28 @@ pub struct SampleId {
 pub struct Dropped {
     /// How many.
     pub count: u64,
+    /// How many of them were finite, but did not fit.
+    pub oversized: u64,
     /// The first few, in the order of their ids.
     pub examples: Vec<SampleId>,
 }
 
 impl Dropped {
-    fn push(&mut self, id: SampleId) {
+    /// How many were not finite.
+    pub fn non_finite(&self) -> u64 {
+        self.count - self.oversized
+    }
+
+    fn push(&mut self, id: SampleId, value: Rgb) {
         self.count += 1;
+        self.oversized += u64::from(value.is_finite());
         self.examples.push(id);
         self.trim();
     }
 
     fn add(&mut self, other: &Self) {
         self.count += other.count;
+        self.oversized += other.oversized;
         self.examples.extend_from_slice(&other.examples);
         self.trim();
     }
@@ -73,70 +87,118 @@ impl Dropped {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pixel {
     sum: ExactRgb,
-    /// Number of samples, each of weight one.
-    weight: u64,
+    /// Sum of the samples' weights, in units of 2⁻²⁸.
+    weight: i128,
+}
+
+impl Pixel {
+    fn add(&mut self, other: &Self) {
+        self.sum.add(&other.sum);
+        self.weight += other.weight;
+    }
+}
+
+/// An area cut into tiles, row by row.
+#[derive(Clone, Copy, Debug)]
+struct Grid(Area);
+
+impl Grid {
+    fn across(&self) -> usize {
+        self.0.width.div_ceil(TILE_SIZE) as usize
+    }
+
+    fn count(&self) -> usize {
+        self.across() * self.0.height.div_ceil(TILE_SIZE) as usize
+    }
+
+    fn bounds(&self, index: usize) -> Area {
+        let (column, row) = ((index % self.across()) as u32, (index / self.across()) as u32);
+        let (x, y) = (column * TILE_SIZE, row * TILE_SIZE);
+        let size = |whole: u32, start: u32| TILE_SIZE.min(whole - start);
+        Area {
+            x: self.0.x + x.cast_signed(),
+            y: self.0.y + y.cast_signed(),
+            width: size(self.0.width, x),
+            height: size(self.0.height, y),
+        }
+    }
+
+    /// Every tile that shares pixels with `area`, which lies inside.
+    fn touched(self, area: Area) -> impl Iterator<Item = usize> {
+        let last = |start: i32, size: u32, origin: i32| ((start - origin) as u32 + size.max(1) - 1) / TILE_SIZE;
+        let first = |start: i32, origin: i32| (start - origin) as u32 / TILE_SIZE;
+        let columns = first(area.x, self.0.x)..=last(area.x, area.width, self.0.x);
+        let rows = first(area.y, self.0.y)..=last(area.y, area.height, self.0.y);
+        rows.flat_map(move |r| columns.clone().map(move |c| r as usize * self.across() + c as usize))
+    }
 }
 
 /// The sums of every pixel of the crop window.
 pub struct Film {
-    crop: Crop,
+    /// The pixels that it holds.
+    pixels: Grid,
+    /// The pixels in which samples are taken.
+    sampled: Grid,
     scale: Scale,
+    kernel: Option<Kernel>,
+    border: u32,
+    /// The sums of each tile of pixels; none before the first are added.
     tiles: Vec<Mutex<Vec<Pixel>>>,
     dropped: Mutex<Dropped>,
 }
 
 impl Film {
-    /// An empty film for the pixels of `crop`; `scale` fits the brightest light of the scene.
-    pub fn new(crop: Crop, scale: Scale) -> Self {
-        let mut film = Self { crop, scale, tiles: Vec::new(), dropped: Mutex::default() };
-        film.tiles = (0..film.tile_count())
-            .map(|i| {
-                let c = film.tile_bounds(i);
-                Mutex::new(vec![Pixel::default(); (c.width * c.height) as usize])
-            })
-            .collect();
-        film
+    /// Most bytes that the sums of this many pixels take.
+    pub fn bytes(pixels: u64) -> u64 {
+        pixels * size_of::<Pixel>() as u64
     }
 
-    /// The pixels that it holds.
-    pub fn crop(&self) -> Crop {
-        self.crop
-    }
-
-    /// Number of tiles.
-    pub fn tile_count(&self) -> usize {
-        self.tiles_across() * self.crop.height.div_ceil(TILE_SIZE) as usize
-    }
-
-    fn tiles_across(&self) -> usize {
-        self.crop.width.div_ceil(TILE_SIZE) as usize
-    }
-
-    /// The pixels of tile `index`, in the whole film's coordinates.
-    pub fn tile_bounds(&self, index: usize) -> Crop {
-        let (column, row) = ((index % self.tiles_across()) as u32, (index / self.tiles_across()) as u32);
-        let (x, y) = (column * TILE_SIZE, row * TILE_SIZE);
-        Crop {
-            x: self.crop.x + x,
-            y: self.crop.y + y,
-            width: TILE_SIZE.min(self.crop.width - x),
-            height: TILE_SIZE.min(self.crop.height - y),
+    /// An empty film for the pixels of `crop`; with `sample_border`, samples are to be taken around it, too, wherever one
+    /// reaches into it. `scale` fits the brightest light of the scene.
+    pub fn new(crop: Crop, filter: Filter, sample_border: bool, scale: Scale) -> Self {
+        let pixels = Grid(Area::from(crop));
+        Self {
+            pixels,
+            sampled: Grid(filter.sampled_area(crop, sample_border)),
+            scale,
+            kernel: Kernel::new(filter),
+            border: filter.border(),
+            tiles: (0..pixels.count()).map(|_| Mutex::default()).collect(),
+            dropped: Mutex::default(),
         }
+    }
+
+    /// Number of tiles in which samples are taken.
+    pub fn tile_count(&self) -> usize {
+        self.sampled.count()
+    }
+
+    /// The pixels of tile `index` in which samples are taken, in the whole film's coordinates.
+    pub fn tile_bounds(&self, index: usize) -> Area {
+        self.sampled.bounds(index)
     }
 
     /// An empty buffer for the samples of tile `index`.
     pub fn start_tile(&self, index: usize) -> Tile {
-        Tile::new(index, self.tile_bounds(index), self.scale)
+        let bounds = self.tile_bounds(index);
+        let reach = bounds.grown(self.border).intersection(self.pixels.0);
+        Tile::new(bounds, reach, self.scale, self.kernel)
     }
 
     /// Adds what a tile gathered.
     pub fn add(&self, tile: &Tile) {
-        let mut pixels = lock(&self.tiles[tile.index()]);
-        for (p, t) in pixels.iter_mut().zip(tile.pixels()) {
-            p.sum.add(&t.sum);
-            p.weight += t.weight;
+        for index in self.pixels.touched(tile.reach()) {
+            let bounds = self.pixels.bounds(index);
+            let shared = bounds.intersection(tile.reach());
+            let mut pixels = lock(&self.tiles[index]);
+            pixels.resize(bounds.pixels() as usize, Pixel::default());
+            for y in shared.y..shared.y + shared.height.cast_signed() {
+                let first = bounds.index(shared.x, y);
+                for (p, t) in pixels[first..].iter_mut().zip(tile.row(shared.x, y, shared.width)) {
+                    p.add(t);
+                }
+            }
         }
-        drop(pixels);
         if tile.dropped().count > 0 {
             lock(&self.dropped).add(tile.dropped());
         }
@@ -147,14 +209,16 @@ impl Film {
         lock(&self.dropped).clone()
     }
 
-    /// The picture: mean radiance per pixel in W·sr⁻¹·m⁻² per channel; black where there is no sample yet.
+    /// The picture: weighted mean of the radiance per pixel in W·sr⁻¹·m⁻² per channel; black where the weights are zero,
+    /// as where there is no sample yet.
     pub fn develop(&self) -> Picture {
-        let mut picture = Picture::new(self.crop.width, self.crop.height);
+        let whole = self.pixels.0;
+        let mut picture = Picture::new(whole.width, whole.height);
         for (index, tile) in self.tiles.iter().enumerate() {
-            let c = self.tile_bounds(index);
-            for (i, p) in lock(tile).iter().enumerate() {
-                let (x, y) = (i as u32 % c.width + c.x - self.crop.x, i as u32 / c.width + c.y - self.crop.y);
-                picture.set(x, y, p.mean(self.scale));
+            let c = self.pixels.bounds(index);
+            let (left, top) = ((c.x - whole.x).cast_unsigned(), (c.y - whole.y).cast_unsigned());
+            for (i, p) in (0u32..).zip(lock(tile).iter()) {
+                picture.set(left + i % c.width, top + i / c.width, p.mean(self.scale));
             }
         }
         picture
@@ -166,7 +230,8 @@ impl Pixel {
         if self.weight == 0 {
             return Rgb::BLACK;
         }
-        let [r, g, b] = self.sum.to_f64(scale).map(|s| float::saturate_to_f32(s / self.weight as f64));
+        let weight = libm::ldexp(self.weight as f64, -WEIGHT_BITS.cast_signed());
+        let [r, g, b] = self.sum.to_f64(scale).map(|s| float::saturate_to_f32(s / weight));
         Rgb::new(r, g, b)
     }
 }

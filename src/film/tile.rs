@@ -1,51 +1,79 @@
 //! The buffer that one thread gathers a tile's samples in.
 
 use super::exact::Scale;
+use super::kernel::{Kernel, ONE, product};
 use super::{Dropped, Pixel, SampleId};
-use crate::image::Crop;
+use crate::image::Area;
 use crate::spectrum::Rgb;
+use glam::Vec2;
 
-/// Sums of a tile's pixels since the tile was started.
+/// Sums of the pixels that a tile's samples reach, since the tile was started.
 pub struct Tile {
-    index: usize,
-    bounds: Crop,
+    bounds: Area,
+    /// The pixels that have sums here: those of the picture that are in the tile or in its border.
+    reach: Area,
     scale: Scale,
+    kernel: Option<Kernel>,
     pixels: Vec<Pixel>,
     dropped: Dropped,
 }
 
 impl Tile {
-    pub(super) fn new(index: usize, bounds: Crop, scale: Scale) -> Self {
-        let pixels = vec![Pixel::default(); (bounds.width * bounds.height) as usize];
-        Self { index, bounds, scale, pixels, dropped: Dropped::default() }
+    pub(super) fn new(bounds: Area, reach: Area, scale: Scale, kernel: Option<Kernel>) -> Self {
+        let pixels = vec![Pixel::default(); reach.pixels() as usize];
+        Self { bounds, reach, scale, kernel, pixels, dropped: Dropped::default() }
     }
 
-    /// The pixels, in the whole film's coordinates.
-    pub fn bounds(&self) -> Crop {
+    /// The pixels in which it takes samples, in the whole film's coordinates.
+    pub fn bounds(&self) -> Area {
         self.bounds
     }
 
-    pub(super) fn index(&self) -> usize {
-        self.index
+    /// The pixels that have sums here.
+    pub(super) fn reach(&self) -> Area {
+        self.reach
     }
 
-    pub(super) fn pixels(&self) -> &[Pixel] {
-        &self.pixels
+    /// The sums of `count` pixels of a row from (x, y) on, all of them within its reach.
+    pub(super) fn row(&self, x: i32, y: i32, count: u32) -> &[Pixel] {
+        let first = self.reach.index(x, y);
+        &self.pixels[first..first + count as usize]
     }
 
     pub(super) fn dropped(&self) -> &Dropped {
         &self.dropped
     }
 
-    /// Counts the radiance of one sample of one of the tile's pixels. A value that is not finite or does not fit counts
-    /// as no sample at all, and is remembered.
+    /// Counts the radiance of one sample of one of the tile's pixels; `position` tells, if that matters, where in the
+    /// pixel it was taken, in [0, 1)². A value that is not finite or does not fit counts as no sample at all, and is
+    /// remembered.
     #[inline]
-    pub fn add_sample(&mut self, id: SampleId, radiance: Rgb) {
-        let pixel = &mut self.pixels[((id.y - self.bounds.y) * self.bounds.width + id.x - self.bounds.x) as usize];
+    pub fn add_sample(&mut self, id: SampleId, radiance: Rgb, position: impl FnOnce() -> Vec2) {
+        if let Some(kernel) = &self.kernel {
+            let kernel = *kernel;
+            return self.splat(&kernel, id, radiance, position());
+        }
+        let pixel = &mut self.pixels[self.reach.index(id.x, id.y)];
         if pixel.sum.push(radiance, self.scale) {
-            pixel.weight += 1;
+            pixel.weight += i128::from(ONE);
         } else {
-            self.dropped.push(id);
+            self.dropped.push(id, radiance);
+        }
+    }
+
+    fn splat(&mut self, kernel: &Kernel, id: SampleId, radiance: Rgb, position: Vec2) {
+        let Some(value) = self.scale.factors(radiance) else { return self.dropped.push(id, radiance) };
+        let (taps_x, taps_y) = (kernel.taps(position.x), kernel.taps(position.y));
+        let Area { x: left, y: top, width, height } = self.reach;
+        let (x, across) = taps_x.within(id.x, left, left + width.cast_signed());
+        let (y, down) = taps_y.within(id.y, top, top + height.cast_signed());
+        for (row, &wy) in (y..).zip(down) {
+            let first = self.reach.index(x, row);
+            for (pixel, &wx) in self.pixels[first..].iter_mut().zip(across) {
+                let weight = product(wx, wy);
+                pixel.sum.push_weighted(&value, weight);
+                pixel.weight += i128::from(weight);
+            }
         }
     }
 }
