@@ -85,7 +85,21 @@ fn as_i32(v: u32) -> i32 {
 }
 
 fn to_half(v: f32, clamped: &mut u64) -> f16 {
-    let c = v.clamp(f16::MIN.to_f32(), f16::MAX.to_f32());
+    let c = v.clamp(-ComponentFormat::MAX_HALF, ComponentFormat::MAX_HALF);
     *clamped += u64::from(c != v);
     f16::from_f32(c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_floats_are_clamped_and_counted() {
+        assert_eq!(f16::MAX.to_f32(), ComponentFormat::MAX_HALF);
+        let mut clamped = 0;
+        let half = [0.0, 1.0, 65504.0, -65504.0, 65505.0, 1e30, -1e9].map(|v| to_half(v, &mut clamped).to_f32());
+        assert_eq!(half, [0.0, 1.0, 65504.0, -65504.0, 65504.0, 65504.0, -65504.0]);
+        assert_eq!(clamped, 3);
+    }
 }

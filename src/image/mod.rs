@@ -1,11 +1,16 @@
 //! Finished pictures: arrays of pixels, and the files they are written to.
 
+pub mod compare;
 mod exr_file;
+mod filter;
+mod input;
 mod output;
 mod png_file;
 
 pub use exr_file::Metadata;
-pub use output::{Format, OutputFile, WriteOptions, write_whole};
+pub use filter::Filter;
+pub use input::{PictureFile, read as read_picture};
+pub use output::{Format, OutputFile, Reserved, WriteOptions};
 
 use crate::spectrum::Rgb;
 
@@ -22,6 +27,66 @@ pub struct Crop {
     pub height: u32,
 }
 
+/// A rectangle of pixels that may reach beyond the picture, to the left of and above it, too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Area {
+    /// First column.
+    pub x: i32,
+    /// First row.
+    pub y: i32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl From<Crop> for Area {
+    fn from(c: Crop) -> Self {
+        // The sides of films are limited far below this when the scene is read.
+        let signed = |v: u32| i32::try_from(v).unwrap_or(i32::MAX);
+        Self { x: signed(c.x), y: signed(c.y), width: c.width, height: c.height }
+    }
+}
+
+impl Area {
+    /// Number of pixels.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// With `border` more pixels on every side.
+    #[must_use]
+    pub fn grown(self, border: u32) -> Self {
+        let (b, both) = (border.cast_signed(), 2 * border);
+        Self { x: self.x - b, y: self.y - b, width: self.width + both, height: self.height + both }
+    }
+
+    /// What two areas share; of no size where that is nothing.
+    #[must_use]
+    pub fn intersection(self, other: Self) -> Self {
+        let overlap = |a: i32, a_size: u32, b: i32, b_size: u32| {
+            let start = a.max(b);
+            let end = (a + a_size.cast_signed()).min(b + b_size.cast_signed());
+            (start, (end - start).max(0).cast_unsigned())
+        };
+        let (x, width) = overlap(self.x, self.width, other.x, other.width);
+        let (y, height) = overlap(self.y, self.height, other.y, other.height);
+        Self { x, y, width, height }
+    }
+
+    /// Whether a pixel is inside.
+    pub fn contains(&self, x: i32, y: i32) -> bool {
+        let one = Self { x, y, width: 1, height: 1 };
+        self.intersection(one) == one
+    }
+
+    /// Position of a pixel that it holds, row by row.
+    #[inline]
+    pub fn index(&self, x: i32, y: i32) -> usize {
+        ((y - self.y) * self.width.cast_signed() + x - self.x) as usize
+    }
+}
+
 /// Type of a stored pixel value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComponentFormat {
@@ -29,6 +94,11 @@ pub enum ComponentFormat {
     Half,
     /// 32-bit floating point.
     Float,
+}
+
+impl ComponentFormat {
+    /// The largest 16-bit float; what is larger is clamped to it.
+    pub const MAX_HALF: f32 = 65504.0;
 }
 
 /// A picture in linear sRGB, row by row from the top.

@@ -4,7 +4,7 @@ use super::exr_file::{self, ExrOptions, Metadata};
 use super::{ComponentFormat, Crop};
 use super::{Picture, png_file};
 use crate::error::{Error, Result};
-use std::io::Write;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -43,59 +43,39 @@ pub struct WriteOptions {
     pub metadata: Metadata,
 }
 
-/// Writes `bytes` to `path`, whole or not at all.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let fail = |e: std::io::Error| Error::file(path, format!("cannot write: {e}"));
-    let mut temporary = temporary_beside(path).map_err(fail)?;
-    temporary.write_all(bytes).map_err(fail)?;
-    temporary.as_file_mut().sync_all().map_err(fail)?;
-    temporary.persist(path).map_err(|e| fail(e.error))?;
-    Ok(())
-}
-
-/// A new file in the folder of `path`, to be renamed to it.
-fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    let prefix = format!(".{}.", path.file_name().unwrap_or_default().to_string_lossy());
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).suffix(".tmp");
-    // As any new file: what the user's mask allows, not the private mode of temporary files.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
-
-/// A place for a picture, reserved before the render so that it is known to be writable. Nothing is left behind if it
-/// is dropped unwritten.
-pub struct OutputFile {
+/// A place for a file, reserved before there is anything to write so that it is known to be writable. Nothing is left
+/// behind if it is dropped unwritten.
+pub struct Reserved {
     path: PathBuf,
-    format: Format,
+    /// What the file is to hold, for messages: "the picture".
+    what: &'static str,
+    /// Where the path leads if it is a symbolic link.
+    place: PathBuf,
     temporary: NamedTempFile,
 }
 
-impl OutputFile {
-    /// Reserves `path`: its format is known, its folder exists and can be written to, and it is no folder itself.
-    pub fn reserve(path: &Path) -> Result<Self> {
-        let format = Format::of(path)?;
+impl Reserved {
+    /// Reserves `path`: its folder exists and can be written to, and it is nothing but a regular file itself, if it
+    /// exists.
+    pub fn new(path: &Path, what: &'static str) -> Result<Self> {
+        let fail = |why: &dyn std::fmt::Display| Error::file(path, format!("cannot write {what}: {why}"));
         if path.is_dir() {
-            return Err(Error::file(path, "cannot write the picture: this is a folder"));
+            return Err(fail(&"this is a folder"));
         }
-        if let Some(folder) = path.parent()
-            && !folder.as_os_str().is_empty()
-            && !folder.is_dir()
-        {
-            let message = format!("cannot write the picture: the folder {} does not exist", folder.display());
-            return Err(Error::file(path, message));
+        if path.exists() && !path.is_file() {
+            return Err(fail(&"this is not a regular file"));
         }
-        let temporary =
-            temporary_beside(path).map_err(|e| Error::file(path, format!("cannot write the picture: {e}")))?;
-        Ok(Self { path: path.to_owned(), format, temporary })
+        let folder = folder(path);
+        if !folder.is_dir() {
+            return Err(fail(&format_args!("the folder {} does not exist", folder.display())));
+        }
+        // A link stays a link, and what it leads to is written.
+        let place = if path.is_symlink() { path.canonicalize().map_err(|e| fail(&e))? } else { path.to_owned() };
+        let temporary = temporary_beside(&place).map_err(|e| fail(&e))?;
+        Ok(Self { path: path.to_owned(), what, place, temporary })
     }
 
-    /// The name that the picture will have.
+    /// The name that the file will have.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -105,24 +85,74 @@ impl OutputFile {
         self.temporary.path()
     }
 
+    /// Lets `write` fill the file and gives it its name.
+    pub fn write<T, E: std::fmt::Display>(
+        mut self,
+        write: impl FnOnce(&mut File) -> std::result::Result<T, E>,
+    ) -> Result<T> {
+        let what = self.what;
+        let fail = |e: &dyn std::fmt::Display| Error::file(&self.path, format!("cannot write {what}: {e}"));
+        let file = self.temporary.as_file_mut();
+        let written = write(file).map_err(|e| fail(&e))?;
+        if let Ok(existing) = self.place.metadata() {
+            // Who may read it does not change; where the owner cannot be kept, a mode that cannot be set is no failure.
+            let _ = file.set_permissions(existing.permissions());
+        }
+        file.sync_all().map_err(|e| fail(&e))?;
+        self.temporary.persist(&self.place).map_err(|e| {
+            // The file is whole: what is in the way of its name is no reason to lose it.
+            let kept = e.file.keep().map(|(_, kept)| format!("; it is kept as {}", kept.display()));
+            let message = format!("cannot give {what} its name: {}{}", e.error, kept.unwrap_or_default());
+            Error::file(&self.path, message)
+        })?;
+        Ok(written)
+    }
+}
+
+/// The folder of a file.
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A new file in the folder of `path`, to be renamed to it.
+fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    // Short, whatever the name: file systems limit its length.
+    builder.prefix(".snell-").suffix(".tmp");
+    // As any new file: what the user's mask allows, not the private mode of temporary files.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder(path))
+}
+
+/// A place for a picture.
+pub struct OutputFile {
+    format: Format,
+    file: Reserved,
+}
+
+impl OutputFile {
+    /// Reserves `path`, whose format is known.
+    pub fn reserve(path: &Path) -> Result<Self> {
+        let format = Format::of(path)?;
+        Ok(Self { format, file: Reserved::new(path, "the picture")? })
+    }
+
+    /// The name that the picture will have.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// The name that it has until it is written.
+    pub fn temporary_path(&self) -> &Path {
+        self.file.temporary_path()
+    }
+
     /// Writes the picture and gives it its name. Returns how many values did not fit the file's type and were clamped.
-    pub fn write(mut self, picture: &Picture, options: &WriteOptions) -> Result<u64> {
-        let fail = |e: &dyn std::fmt::Display| Error::file(&self.path, format!("cannot write the picture: {e}"));
-        let clamped = match self.format {
-            Format::Exr => {
-                let exr = ExrOptions::new(picture, options);
-                exr_file::write(self.temporary.as_file_mut(), &exr).map_err(|e| fail(&e))?
-            }
-            Format::Png => {
-                png_file::write(self.temporary.as_file_mut(), picture, options.exposure).map_err(|e| fail(&e))?;
-                0
-            }
-        };
-        self.temporary.as_file_mut().sync_all().map_err(|e| fail(&e))?;
-        let Self { path, temporary, .. } = self;
-        temporary
-            .persist(&path)
-            .map_err(|e| Error::file(&path, format!("cannot give the picture its name: {}", e.error)))?;
-        Ok(clamped)
+    pub fn write(self, picture: &Picture, options: &WriteOptions) -> Result<u64> {
+        match self.format {
+            Format::Exr => self.file.write(|file| exr_file::write(file, &ExrOptions::new(picture, options))),
+            Format::Png => self.file.write(|file| png_file::write(file, picture, options.exposure).map(|()| 0)),
+        }
     }
 }

@@ -16,11 +16,15 @@ pub(super) fn write(to: &mut impl Write, picture: &Picture, exposure: f32) -> Im
 
 /// The sRGB transfer function (IEC 61966-2-1) to 8 bits.
 fn encode(linear: f32) -> u8 {
+    (srgb(linear) * 255.0 + 0.5) as u8
+}
+
+/// The sRGB transfer function (IEC 61966-2-1) of a value clamped to [0, 1].
+pub(super) fn srgb(linear: f32) -> f32 {
     /// Below this the function is linear.
     const TOE: f32 = 0.003_130_8;
     let v = linear.clamp(0.0, 1.0);
-    let s = if v <= TOE { 12.92 * v } else { 1.055 * libm::powf(v, 1.0 / 2.4) - 0.055 };
-    (s * 255.0 + 0.5) as u8
+    if v <= TOE { 12.92 * v } else { 1.055 * libm::powf(v, 1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]
