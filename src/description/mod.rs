@@ -4,9 +4,9 @@
 //! linear sRGB; everything with a length in it is in the file's units; angles are in degrees where the field says so.
 
 use crate::error::Span;
-pub use crate::image::{ComponentFormat, Crop};
+pub use crate::image::{ComponentFormat, Crop, Filter};
 use crate::spectrum::Rgb;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 use std::sync::Arc;
 
 /// A whole scene file.
@@ -112,6 +112,8 @@ pub struct Film {
     pub crop: Crop,
     /// The reconstruction filter.
     pub filter: Filter,
+    /// Whether samples are taken around the part, too, wherever the filter makes one reach into it.
+    pub sample_border: bool,
     /// Type of a stored pixel value.
     pub component_format: ComponentFormat,
 }
@@ -140,13 +142,6 @@ impl Film {
         }
         Err(format!("{pixels} pixels are too many; at most {} can be rendered", Self::MAX_PIXELS))
     }
-}
-
-/// A reconstruction filter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Filter {
-    /// Every sample counts fully for the pixel it falls into, and for no other.
-    Box,
 }
 
 /// What the file says of the sampler; its type is a hint that snell does not follow.
@@ -184,12 +179,25 @@ pub enum Geometry {
     Mesh(Arc<Mesh>),
     /// The square [−1, 1]² in the plane z = 0, normal +z.
     Rectangle,
+    /// The unit disk in the plane z = 0, normal +z.
+    Disk,
+    /// The side of a cylinder, without its ends; its normal points outwards.
+    Cylinder {
+        /// The middle of one end.
+        p0: DVec3,
+        /// The middle of the other, not the same.
+        p1: DVec3,
+        /// Its radius, positive.
+        radius: f64,
+    },
     /// A sphere; its normal points outwards.
     Sphere {
         /// Its centre.
         centre: DVec3,
         /// Its radius, positive.
         radius: f64,
+        /// Unit vector to its pole: u runs around it.
+        axis: DVec3,
     },
 }
 
@@ -200,6 +208,8 @@ pub struct Mesh {
     pub positions: Vec<DVec3>,
     /// Shading normals, one a vertex, not necessarily of unit length; empty where faces are flat.
     pub normals: Vec<DVec3>,
+    /// Texture coordinates, one a vertex; empty where the file has none or nothing asks for them.
+    pub uvs: Vec<DVec2>,
     /// Vertex indices of each triangle, counter-clockwise seen from the front.
     pub faces: Vec<[u32; 3]>,
 }
@@ -223,10 +233,19 @@ pub enum BsdfKind {
         /// Albedo.
         reflectance: Rgb,
     },
-    /// A rough conductor of GGX microfacets, front side only.
+    /// A smooth conductor, front side only.
+    Conductor {
+        /// Real part of the index of refraction relative to the outside.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+    },
+    /// A rough conductor, front side only.
     RoughConductor {
-        /// Roughness α (the square of what artists call roughness), positive.
-        alpha: f64,
+        /// Its microfacets.
+        facets: Microfacets,
         /// Real part of the index of refraction relative to the outside.
         eta: Rgb,
         /// Imaginary part.
@@ -245,6 +264,19 @@ pub enum BsdfKind {
         /// Factor on the transmission; 1 is physical.
         specular_transmittance: Rgb,
     },
+    /// A rough interface between two dielectrics.
+    RoughDielectric {
+        /// Its microfacets.
+        facets: Microfacets,
+        /// Index of refraction inside (where the normal does not point).
+        int_ior: f64,
+        /// Index of refraction outside; another than inside.
+        ext_ior: f64,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+        /// Factor on the transmission; 1 is physical.
+        specular_transmittance: Rgb,
+    },
     /// One-sided bsdfs made two-sided.
     TwoSided {
         /// Seen from the front.
@@ -252,6 +284,41 @@ pub enum BsdfKind {
         /// Seen from the back.
         back: BsdfId,
     },
+}
+
+impl BsdfKind {
+    /// Whether it matters where the tangents of a surface point. `bsdfs` are those that it may refer to.
+    pub fn is_anisotropic(&self, bsdfs: &[Bsdf]) -> bool {
+        match self {
+            Self::RoughConductor { facets, .. } | Self::RoughDielectric { facets, .. } => {
+                facets.alpha_u != facets.alpha_v
+            }
+            Self::TwoSided { front, back } => {
+                [front, back].into_iter().any(|side| bsdfs[side.0].kind.is_anisotropic(bsdfs))
+            }
+            Self::Diffuse { .. } | Self::Conductor { .. } | Self::Dielectric { .. } => false,
+        }
+    }
+}
+
+/// A distribution of microfacets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Microfacets {
+    /// Its shape.
+    pub distribution: MicrofacetDistribution,
+    /// Roughness α (the square of what artists call roughness) along ∂p/∂u, not negative.
+    pub alpha_u: f64,
+    /// Roughness across it.
+    pub alpha_v: f64,
+}
+
+/// The shapes of a distribution of microfacets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MicrofacetDistribution {
+    /// Beckmann's.
+    Beckmann,
+    /// GGX, that is, Trowbridge's and Reitz'.
+    Ggx,
 }
 
 /// A light that is not attached to a shape.
@@ -270,5 +337,12 @@ pub enum LightKind {
     Constant {
         /// Radiance in W·sr⁻¹·m⁻².
         radiance: Rgb,
+    },
+    /// The same radiant intensity in every direction, from a point.
+    Point {
+        /// Where, in the file's world space.
+        position: DVec3,
+        /// Radiant intensity in W·sr⁻¹, the file's unit of length being the metre.
+        intensity: Rgb,
     },
 }

@@ -6,7 +6,7 @@ use super::params::Params;
 use super::plugins;
 use super::source::Loc;
 use super::xml::MAX_NESTING;
-use crate::description::{Bsdf, BsdfId, BsdfKind, Integrator, Light, SceneDescription, Shape};
+use crate::description::{Bsdf, BsdfId, BsdfKind, Integrator, Light, LightKind, SceneDescription, Shape};
 use crate::error::Result;
 use crate::spectrum::Rgb;
 use std::collections::{HashMap, HashSet};
@@ -103,8 +103,9 @@ impl<'d> Builder<'d> {
             return Err(self.document.sources.error(params.object.at, message));
         }
         self.depth += 1;
-        let kind = plugins::find(self.document, id, plugins::bsdf::BSDFS)?(self, &params)?;
+        let kind = plugins::find(self.document, id, plugins::bsdf::BSDFS).and_then(|make| make(self, &params));
         self.depth -= 1;
+        let kind = kind?;
         let made = self.add_bsdf(Bsdf { at: params.span(), name: params.object.id.clone(), kind });
         params.finish(self)?;
         self.bsdf_ids.insert(id, made);
@@ -114,6 +115,11 @@ impl<'d> Builder<'d> {
     /// The kind of a bsdf that is made already.
     pub(crate) fn bsdf_kind(&self, id: BsdfId) -> &BsdfKind {
         &self.bsdfs[id.0].kind
+    }
+
+    /// Whether a shape with this bsdf needs texture coordinates to know its tangents.
+    pub(crate) fn is_anisotropic(&self, id: BsdfId) -> bool {
+        self.bsdf_kind(id).is_anisotropic(&self.bsdfs)
     }
 
     /// What a shape without a bsdf has: grey, or black if it is a light.
@@ -161,10 +167,12 @@ impl<'d> Builder<'d> {
             if self.document.objects[id].plugin == "area" {
                 continue;
             }
-            if !lights.is_empty() {
+            let light = plugins::emitter::light(self, id)?;
+            let is_sky = |l: &Light| matches!(l.kind, LightKind::Constant { .. });
+            if is_sky(&light) && lights.iter().any(is_sky) {
                 return Err(self.document.sources.error(at, "a scene can have only one environment emitter"));
             }
-            lights.push(plugins::emitter::light(self, id)?);
+            lights.push(light);
         }
         Ok(lights)
     }

@@ -3,16 +3,21 @@
 //! ```text
 //! text ─xml─▶ Document (objects, typed parameters, places) ─build + plugins─▶ SceneDescription
 //!                                                             └─obj, ply─▶ Mesh
+//! mesh file ─bare_mesh─▶ SceneDescription
 //! ```
 //!
 //! The grammar, the names, defaults and units are those of Mitsuba 3.9. It is strict: what is not understood is an error
 //! that names its place and what was expected, unless [`LoadOptions::lenient`] makes it a warning. A new plugin is one
 //! more function in [`plugins`] and one more line in the table beside it.
 
+mod bare_mesh;
 mod build;
 mod conductors;
+mod creases;
+mod cube;
 mod dielectrics;
 mod document;
+mod mtl;
 mod normals;
 mod obj;
 mod params;
@@ -38,8 +43,12 @@ pub struct LoadOptions {
     pub lenient: bool,
 }
 
-/// Reads a Mitsuba 3 XML scene and the meshes it uses.
+/// Reads a Mitsuba 3 XML scene and the meshes it uses, or a mesh (by its name, .obj or .ply), to which a camera and light
+/// are added.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescription> {
+    if bare_mesh::is_mesh(path) {
+        return bare_mesh::read(path, options);
+    }
     let document = xml::read(path, options)?;
     build::build(&document, options)
 }

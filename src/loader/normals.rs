@@ -41,7 +41,8 @@ pub(crate) fn compute(positions: &[DVec3], faces: &[[u32; 3]], linear: DMat3) ->
     sums
 }
 
-fn face_normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
+/// Unit normal of a triangle; `None` where it has no area.
+pub(super) fn face_normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let (u, v) = (scaled(b - a), scaled(c - a));
     u.cross(v).try_normalize()
 }

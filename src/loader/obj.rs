@@ -8,13 +8,28 @@
 use super::source::{MAX_DATA_BYTES, read_bytes};
 use crate::description::Mesh;
 use crate::error::{Error, Position, Result, Span};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::path::Path;
 
-/// Reads a mesh; its normals are as many as its positions, none, or, where only some vertices have one, fewer.
-pub(crate) fn read(path: &Path) -> Result<Mesh> {
+/// Reads a mesh; its normals are as many as its positions, none, or, where only some vertices have one, fewer. So are its
+/// texture coordinates if `uvs` asks for them; without, they are not even parsed.
+pub(crate) fn read(path: &Path, uvs: bool) -> Result<Mesh> {
+    read_with_materials(path, uvs).map(|(mesh, _)| mesh)
+}
+
+/// What a file says of the materials of its mesh.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Materials {
+    /// The material libraries that it names.
+    pub(crate) libraries: Vec<String>,
+    /// The materials that it names, each with the number of its first triangle; each holds until the next.
+    pub(crate) uses: Vec<(usize, String)>,
+}
+
+/// Reads a mesh and what it says of materials.
+pub(crate) fn read_with_materials(path: &Path, uvs: bool) -> Result<(Mesh, Materials)> {
     let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
-    parse(&bytes).map_err(|(line, message)| {
+    parse(&bytes, uvs).map_err(|(line, message)| {
         let position = line.map_or(Position::Whole, |line| Position::Line(u32::try_from(line).unwrap_or(u32::MAX)));
         Error::scene(&Span { file: path.into(), position }, message)
     })
@@ -31,11 +46,11 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
     ignore_lines: true,
 };
 
-fn parse(bytes: &[u8]) -> std::result::Result<Mesh, Fault> {
-    let filtered = filter(bytes)?;
+fn parse(bytes: &[u8], uvs: bool) -> std::result::Result<(Mesh, Materials), Fault> {
+    let (filtered, materials) = filter(bytes, uvs)?;
     let no_materials = |_: &Path| Err(tobj::LoadError::GenericFailure);
     let loaded = tobj::load_obj_buf(&mut filtered.as_slice(), &OPTIONS, no_materials);
-    let fault = |otherwise: String| find_fault(bytes).unwrap_or((None, otherwise));
+    let fault = |otherwise: String| find_fault(bytes, uvs).unwrap_or((None, otherwise));
     let (mut models, _) = loaded.map_err(|e| fault(e.to_string()))?;
     let Some(model) = models.pop().filter(|m| models.is_empty() && !m.mesh.indices.is_empty()) else {
         return Err((None, "the mesh has no faces".into()));
@@ -45,30 +60,42 @@ fn parse(bytes: &[u8]) -> std::result::Result<Mesh, Fault> {
     let mesh = Mesh {
         positions: vectors(&model.mesh.positions),
         normals: vectors(&model.mesh.normals),
+        uvs: model.mesh.texcoords.chunks_exact(2).filter(|_| uvs).map(DVec2::from_slice).collect(),
         faces: model.mesh.indices.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect(),
     };
-    if mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite()) {
-        Ok(mesh)
+    let finite = mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite());
+    if finite && mesh.uvs.iter().all(|v| v.is_finite()) {
+        Ok((mesh, materials))
     } else {
         Err(fault("a coordinate is not a finite number".into()))
     }
 }
 
-/// The statements that matter, one a line.
-fn filter(bytes: &[u8]) -> std::result::Result<Vec<u8>, Fault> {
+/// The statements that matter to the mesh, one a line, and what the others say of materials.
+fn filter(bytes: &[u8], uvs: bool) -> std::result::Result<(Vec<u8>, Materials), Fault> {
     let mut out = Vec::with_capacity(bytes.len());
+    let (mut materials, mut triangles) = (Materials::default(), 0);
     let mut lines = Lines::new(bytes);
     while let Some((line, statement)) = lines.next_statement() {
         let mut words = words(&statement);
         let (keyword, most) = match words.next() {
             // What follows the three coordinates (a weight, a colour) means nothing to us.
             Some(keyword @ (b"v" | b"vn")) => (keyword, 3),
+            Some(keyword @ b"vt") if uvs => (keyword, 2),
             Some(b"vt") => {
                 // Only their number is needed.
                 out.extend_from_slice(b"vt 0 0\n");
                 continue;
             }
             Some(keyword @ b"f") => (keyword, usize::MAX),
+            Some(keyword @ (b"usemtl" | b"mtllib")) => {
+                let name = String::from_utf8_lossy(&statement[keyword.len()..]).trim().to_owned();
+                match keyword {
+                    b"usemtl" => materials.uses.push((triangles, name)),
+                    _ => materials.libraries.push(name),
+                }
+                continue;
+            }
             _ => continue,
         };
         out.extend_from_slice(keyword);
@@ -79,16 +106,23 @@ fn filter(bytes: &[u8]) -> std::result::Result<Vec<u8>, Fault> {
             count += 1;
         }
         out.push(b'\n');
-        if count < 3 {
-            let what = if keyword == b"f" { "a face needs at least three vertices" } else { "expected three numbers" };
+        if count < most.min(3) {
+            let what = match keyword {
+                b"f" => "a face needs at least three vertices",
+                b"vt" => "expected two numbers",
+                _ => "expected three numbers",
+            };
             return Err((Some(line), format!("{what}, not {count}")));
         }
+        if keyword == b"f" {
+            triangles += count - 2;
+        }
     }
-    Ok(out)
+    Ok((out, materials))
 }
 
 /// The first line that is wrong.
-fn find_fault(bytes: &[u8]) -> Option<Fault> {
+fn find_fault(bytes: &[u8], uvs: bool) -> Option<Fault> {
     let mut totals = [0_i64; 3];
     let mut lines = Lines::new(bytes);
     while let Some((_, statement)) = lines.next_statement() {
@@ -104,7 +138,8 @@ fn find_fault(bytes: &[u8]) -> Option<Fault> {
         let fault = match (list_of(keyword.as_bytes()), &*keyword) {
             (Some(kind), _) => {
                 so_far[kind] += 1;
-                if kind == TEXTURE_COORDINATE { None } else { words.take(3).find_map(|word| number_fault(&word)) }
+                let numbers = if kind != TEXTURE_COORDINATE { 3 } else { 2 * usize::from(uvs) };
+                words.take(numbers).find_map(|word| number_fault(&word))
             }
             (None, "f") => words.find_map(|word| corner_fault(&word, so_far, totals)),
             _ => None,
@@ -204,7 +239,7 @@ mod tests {
     use super::*;
 
     fn fault(text: &str) -> Fault {
-        parse(text.as_bytes()).unwrap_err()
+        parse(text.as_bytes(), false).unwrap_err()
     }
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -212,7 +247,7 @@ mod tests {
     #[test]
     fn polygons_are_fans_and_groups_one_mesh() {
         let text = b"# \xe9\no a\nv 0 0 0\nv 1 0 0 1 0.5 0.5 0.5\nv 2 1 0\nv 1 2 0\nv 0 1 0\ng x\nf 1 2 3 4 \\\n 5\ng y\nf -5 -4 -3 # c\n";
-        let mesh = parse(text).unwrap();
+        let mesh = parse(text, false).unwrap().0;
         assert_eq!(mesh.positions.len(), 5);
         assert_eq!(mesh.faces, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 1, 2]]);
         assert!(mesh.normals.is_empty());
@@ -221,21 +256,44 @@ mod tests {
     #[test]
     fn a_vertex_is_a_combination_of_indices() {
         let text = format!("{SQUARE}vt 0 0\nvt 1 1\nvn 0 0 2\nf 1/1/1 2/1/1 3/1/1\nf 1/2/1 3/1/1 4/1/1\n");
-        let mesh = parse(text.as_bytes()).unwrap();
+        let mesh = parse(text.as_bytes(), false).unwrap().0;
         assert_eq!(mesh.positions.len(), 5);
         assert_eq!(mesh.normals, [DVec3::Z * 2.0; 5]);
     }
 
     #[test]
+    fn texture_coordinates_are_read_when_asked_for() {
+        let text = format!("{SQUARE}vt 0 0.5 7\nvt 1 1e-1\nf 1/1 2/2 3/1\nf 1/2 3/1 4/2\n");
+        let mesh = parse(text.as_bytes(), true).unwrap().0;
+        assert_eq!((mesh.positions.len(), mesh.uvs.len()), (5, 5));
+        assert_eq!(mesh.uvs[1], DVec2::new(1.0, 0.1));
+        assert!(parse(text.as_bytes(), false).unwrap().0.uvs.is_empty());
+        let bad = text.replace("1e-1", "x");
+        assert_eq!(parse(bad.as_bytes(), true).unwrap_err().0, Some(6));
+        assert!(parse(bad.as_bytes(), false).is_ok(), "nobody asked");
+        let short = text.replace(" 1e-1", "");
+        assert_eq!(parse(short.as_bytes(), true).unwrap_err(), (Some(6), "expected two numbers, not 1".into()));
+    }
+
+    #[test]
     fn equal_positions_stay_apart() {
         let text = "v 0 0 0\nv 1 0 0\nv 1 1 0.3\nv 0 0 0\nv 1 1 0.3\nv 0 1 0\nf 1 2 3\nf 4 5 6\n";
-        assert_eq!(parse(text.as_bytes()).unwrap().positions.len(), 6);
+        assert_eq!(parse(text.as_bytes(), false).unwrap().0.positions.len(), 6);
     }
 
     #[test]
     fn numbers_are_double_precision() {
-        let mesh = parse(b"v 1000000.0001 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").unwrap();
+        let mesh = parse(b"v 1000000.0001 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", false).unwrap().0;
         assert_eq!(mesh.positions[0].x, 1000000.0001);
+    }
+
+    #[test]
+    fn materials_hold_until_the_next() {
+        let text = format!("mtllib a b.mtl\n{SQUARE}f 1 2 3\nusemtl red\nf 1 2 3 4\ng x\nusemtl  blue \nf 1 3 4\n");
+        let (mesh, materials) = parse(text.as_bytes(), false).unwrap();
+        assert_eq!(mesh.faces.len(), 4);
+        assert_eq!(materials.libraries, ["a b.mtl"]);
+        assert_eq!(materials.uses, [(1, "red".to_owned()), (3, "blue".to_owned())]);
     }
 
     #[test]

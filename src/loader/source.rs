@@ -4,6 +4,7 @@
 //! an error or the description needs them.
 
 use crate::error::{Error, Span};
+use std::fs::{File, Metadata};
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
@@ -90,11 +91,15 @@ impl Sources {
 
 /// The bytes of a regular file of at most `limit` bytes, or the reason why not.
 pub(crate) fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
-    let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
-    let about = file.metadata().map_err(|e| e.to_string())?;
-    if !about.is_file() {
-        return Err("is not a regular file".into());
-    }
+    let check = |about: std::io::Result<Metadata>| match about {
+        Ok(about) if about.is_file() => Ok(about),
+        Ok(_) => Err("is not a regular file".to_owned()),
+        Err(e) => Err(e.to_string()),
+    };
+    // Before it is opened, for opening a pipe waits for its other end; and after, for it may be another by then.
+    check(std::fs::metadata(path))?;
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let about = check(file.metadata())?;
     if about.len() > limit {
         return Err(format!("is larger than {limit} bytes"));
     }

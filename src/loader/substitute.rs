@@ -1,6 +1,7 @@
 //! `$name` parameters: `<default>`s and the command line's definitions, and their substitution into attribute values.
 
 use super::suggest::suggestion;
+use std::collections::{BTreeSet, HashMap};
 
 /// Longest attribute value after substitution, in bytes. Reason: defaults may use earlier defaults, so a few lines could
 /// double a value without end; real values are short, and what is longer is written out, not substituted.
@@ -8,7 +9,6 @@ const MAX_SUBSTITUTED_BYTES: usize = 1 << 16;
 
 #[derive(Debug)]
 struct Parameter {
-    name: String,
     value: String,
     /// Whether it must be used: it comes from the command line and was not used yet.
     pending: bool,
@@ -17,8 +17,10 @@ struct Parameter {
 /// The parameters known so far.
 #[derive(Debug, Default)]
 pub(crate) struct Parameters {
-    /// Longest name first, so that `$spp2` is not taken for `$spp` followed by 2.
-    list: Vec<Parameter>,
+    /// By name.
+    known: HashMap<String, Parameter>,
+    /// The lengths of the names, in bytes.
+    lengths: BTreeSet<usize>,
 }
 
 impl Parameters {
@@ -27,7 +29,7 @@ impl Parameters {
         let mut parameters = Self::default();
         for (name, value) in defines {
             // Of two definitions of a name the last holds, as usual on command lines.
-            parameters.list.retain(|p| p.name != *name);
+            parameters.known.remove(name);
             parameters.insert(name, value, true);
         }
         parameters
@@ -35,14 +37,23 @@ impl Parameters {
 
     /// A `<default>`: holds unless there is a value already.
     pub(crate) fn add_default(&mut self, name: &str, value: &str) {
-        if self.list.iter().all(|p| p.name != name) {
+        if !self.known.contains_key(name) {
             self.insert(name, value, false);
         }
     }
 
     fn insert(&mut self, name: &str, value: &str, pending: bool) {
-        let at = self.list.partition_point(|p| p.name.len() >= name.len());
-        self.list.insert(at, Parameter { name: name.into(), value: value.into(), pending });
+        self.lengths.insert(name.len());
+        self.known.insert(name.into(), Parameter { value: value.into(), pending });
+    }
+
+    /// The parameter that `text` begins with, and how long its name is. Of several the longest, so that `$spp2` is not
+    /// taken for `$spp` followed by 2.
+    fn longest(&mut self, text: &str) -> Option<(usize, &mut Parameter)> {
+        let is_known =
+            |&length: &usize| length > 0 && text.get(..length).is_some_and(|name| self.known.contains_key(name));
+        let length = self.lengths.iter().rev().copied().find(is_known)?;
+        self.known.get_mut(&text[..length]).map(|parameter| (length, parameter))
     }
 
     /// `text` with every `$name` replaced and every `\$` become `$`, or what is wrong with it.
@@ -58,11 +69,11 @@ impl Parameters {
                 continue;
             }
             out.push_str(before);
-            match self.list.iter_mut().find(|p| !p.name.is_empty() && after.starts_with(&p.name)) {
-                Some(parameter) => {
+            match self.longest(after) {
+                Some((length, parameter)) => {
                     parameter.pending = false;
                     out.push_str(&parameter.value);
-                    rest = &after[parameter.name.len()..];
+                    rest = &after[length..];
                 }
                 None => return Err(self.undefined(after)),
             }
@@ -77,16 +88,17 @@ impl Parameters {
     fn undefined(&self, after: &str) -> String {
         let end = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(after.len());
         let name = &after[..end];
-        let known = self.list.iter().map(|p| p.name.as_str());
+        let known = self.known.keys().map(String::as_str);
         format!("undefined parameter '${name}'{}", suggestion(name, known))
     }
 
     /// What to say of a definition of the command line that was not used, if there is one.
     pub(crate) fn unused(&self) -> Option<String> {
-        let unused = self.list.iter().find(|p| p.pending)?;
-        let known = self.list.iter().filter(|p| !p.pending).map(|p| p.name.as_str());
-        let hint = suggestion(&unused.name, known);
-        Some(format!("-D {}={}: the scene has no such parameter{hint}", unused.name, unused.value))
+        // The first by name, for the order in the map is another each time.
+        let (name, unused) = self.known.iter().filter(|(_, p)| p.pending).min_by_key(|(name, _)| *name)?;
+        let known = self.known.iter().filter(|(_, p)| !p.pending).map(|(name, _)| name.as_str());
+        let hint = suggestion(name, known);
+        Some(format!("-D {name}={}: the scene has no such parameter{hint}", unused.value))
     }
 }
 

@@ -24,6 +24,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Document> {
         sources: Sources::default(),
         objects: Vec::new(),
         ids: HashMap::new(),
+        named: HashMap::new(),
         parameters: Parameters::new(&options.defines),
         search: vec![path.parent().unwrap_or(Path::new("")).to_path_buf()],
         open: Vec::new(),
@@ -46,6 +47,8 @@ struct Reader {
     objects: Vec<Object>,
     /// Objects by `id` and alias.
     ids: HashMap<String, ObjectId>,
+    /// Where objects were given the parameters that have names.
+    named: HashMap<(ObjectId, String), Loc>,
     parameters: Parameters,
     search: Vec<PathBuf>,
     /// The files that are being read, each included by the one before.
@@ -150,9 +153,10 @@ impl Reader {
         if cx.legacy {
             param.name = modern_name(&param.name, &self.objects[parent].plugin);
         }
-        let earlier = self.objects[parent].params.iter().find(|p| !p.name.is_empty() && p.name == param.name);
-        if let Some(earlier) = earlier {
-            let first = self.sources.span(earlier.at);
+        if !param.name.is_empty()
+            && let Some(earlier) = self.named.insert((parent, param.name.clone()), param.at)
+        {
+            let first = self.sources.span(earlier);
             return Err(self.sources.error(param.at, format!("'{}' is given twice; first at {first}", param.name)));
         }
         self.objects[parent].params.push(param);

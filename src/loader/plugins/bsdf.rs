@@ -1,7 +1,7 @@
 //! Bsdfs.
 
 use super::colour::colour;
-use crate::description::{BsdfId, BsdfKind};
+use crate::description::{BsdfId, BsdfKind, MicrofacetDistribution, Microfacets};
 use crate::error::Result;
 use crate::loader::build::Builder;
 use crate::loader::conductors::{conductor, conductor_names};
@@ -14,8 +14,14 @@ use crate::spectrum::{Rgb, SpectrumRole};
 type BsdfFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<BsdfKind>;
 
 /// The supported bsdf plugins.
-pub(crate) const BSDFS: &[(&str, BsdfFn)] =
-    &[("dielectric", dielectric), ("diffuse", diffuse), ("roughconductor", rough_conductor), ("twosided", twosided)];
+pub(crate) const BSDFS: &[(&str, BsdfFn)] = &[
+    ("conductor", smooth_conductor),
+    ("dielectric", dielectric),
+    ("diffuse", diffuse),
+    ("roughconductor", rough_conductor),
+    ("roughdielectric", rough_dielectric),
+    ("twosided", twosided),
+];
 
 /// Reflectance of `diffuse` unless given.
 const DEFAULT_REFLECTANCE: f32 = 0.5;
@@ -23,48 +29,48 @@ const DEFAULT_REFLECTANCE: f32 = 0.5;
 /// Roughness α unless given.
 const DEFAULT_ALPHA: f64 = 0.1;
 
-/// Smallest roughness α. Mitsuba's number: the distribution is not evaluated for smoother surfaces.
-const MIN_ALPHA: f64 = 1e-4;
-
-/// Relative difference up to which two roughnesses are the same.
-const ALPHA_TOLERANCE: f64 = 1e-6;
+/// Largest roughness α. Reason: no surface is a hundredth as rough, and its fourth power is a number in single precision.
+const MAX_ALPHA: f64 = 1e6;
 
 fn diffuse(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     let reflectance = reflectance(b, p, "reflectance")?.unwrap_or(Rgb::splat(DEFAULT_REFLECTANCE));
     Ok(BsdfKind::Diffuse { reflectance })
 }
 
-fn rough_conductor(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
-    if p.choice("distribution", &["beckmann", "ggx"])? != "ggx" {
-        let hint = "; write <string name=\"distribution\" value=\"ggx\"/> ('beckmann' is Mitsuba's default)";
-        b.approximate(p.at("distribution"), "the microfacet distribution 'beckmann'", hint, "'ggx'")?;
-    }
-    // How normals are sampled changes the noise, not the picture.
-    p.boolean("sample_visible", true)?;
+fn smooth_conductor(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     let (eta, k) = complex_ior(b, p)?;
     let specular_reflectance = reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE);
-    Ok(BsdfKind::RoughConductor { alpha: alpha(b, p)?, eta, k, specular_reflectance })
+    Ok(BsdfKind::Conductor { eta, k, specular_reflectance })
 }
 
-fn alpha(b: &mut Builder<'_>, p: &Params<'_>) -> Result<f64> {
-    let given = (roughness(b, p, "alpha")?, roughness(b, p, "alpha_u")?, roughness(b, p, "alpha_v")?);
-    let alpha = match given {
-        (alpha, None, None) => alpha.unwrap_or(DEFAULT_ALPHA),
-        (None, Some(u), Some(v)) => {
-            if (u - v).abs() > ALPHA_TOLERANCE * u.max(v) {
-                let mean = (u * v).sqrt();
-                let instead = format!("the roughness {mean}");
-                b.approximate(p.at("alpha_v"), "anisotropy (alpha_u other than alpha_v)", "", &instead)?;
-                mean
-            } else {
-                u
-            }
-        }
+fn rough_conductor(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let facets = microfacets(b, p)?;
+    let (eta, k) = complex_ior(b, p)?;
+    let specular_reflectance = reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE);
+    Ok(BsdfKind::RoughConductor { facets, eta, k, specular_reflectance })
+}
+
+fn microfacets(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Microfacets> {
+    let distribution = match p.choice("distribution", &["beckmann", "ggx"])? {
+        "ggx" => MicrofacetDistribution::Ggx,
+        _ => MicrofacetDistribution::Beckmann,
+    };
+    // How normals are sampled changes the noise, not the picture.
+    if !p.boolean("sample_visible", true)? {
+        b.warn(
+            p.at("sample_visible"),
+            "visible normals are sampled all the same: the picture is the same, its noise less",
+        );
+    }
+    let (alpha_u, alpha_v) = match (roughness(b, p, "alpha")?, roughness(b, p, "alpha_u")?, roughness(b, p, "alpha_v")?)
+    {
+        (alpha, None, None) => (alpha.unwrap_or(DEFAULT_ALPHA), alpha.unwrap_or(DEFAULT_ALPHA)),
+        (None, Some(u), Some(v)) => (u, v),
         (Some(_), ..) => return Err(p.error("alpha", "'alpha' excludes 'alpha_u' and 'alpha_v'")),
         (None, Some(_), None) => return Err(p.error("alpha_u", "'alpha_u' needs 'alpha_v'")),
         (None, None, Some(_)) => return Err(p.error("alpha_v", "'alpha_v' needs 'alpha_u'")),
     };
-    Ok(alpha.max(MIN_ALPHA))
+    Ok(Microfacets { distribution, alpha_u, alpha_v })
 }
 
 fn roughness(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<Option<f64>> {
@@ -74,8 +80,8 @@ fn roughness(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<
         return Ok(Some(DEFAULT_ALPHA));
     }
     let value = p.float(name)?;
-    if value.is_some_and(|v| v < 0.0) {
-        return Err(p.error(name, format!("'{name}' must not be negative")));
+    if value.is_some_and(|v| !(0.0..=MAX_ALPHA).contains(&v)) {
+        return Err(p.error(name, format!("'{name}' must be between 0 and {MAX_ALPHA}")));
     }
     Ok(value)
 }
@@ -105,6 +111,21 @@ fn dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     })
 }
 
+fn rough_dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let facets = microfacets(b, p)?;
+    let (int_ior, ext_ior) = (ior(p, "int_ior", "bk7")?, ior(p, "ext_ior", "air")?);
+    if int_ior == ext_ior {
+        return Err(p.error("int_ior", "'int_ior' and 'ext_ior' of a rough dielectric must differ"));
+    }
+    Ok(BsdfKind::RoughDielectric {
+        facets,
+        int_ior,
+        ext_ior,
+        specular_reflectance: reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE),
+        specular_transmittance: reflectance(b, p, "specular_transmittance")?.unwrap_or(Rgb::WHITE),
+    })
+}
+
 fn ior(p: &Params<'_>, name: &'static str, default: &str) -> Result<f64> {
     let is_text = p.find(name).is_none_or(|param| matches!(param.value, Value::Text(_)));
     if !is_text {
@@ -129,10 +150,10 @@ fn twosided(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
         sides.push(match b.bsdf_kind(made) {
             // Each side is seen as a front: of a two-sided one inside only the front can be seen.
             BsdfKind::TwoSided { front, .. } => *front,
-            BsdfKind::Dielectric { .. } => {
+            BsdfKind::Dielectric { .. } | BsdfKind::RoughDielectric { .. } => {
                 return Err(b.document.sources.error(*at, "twosided takes only bsdfs that do not transmit"));
             }
-            BsdfKind::Diffuse { .. } | BsdfKind::RoughConductor { .. } => made,
+            BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } | BsdfKind::RoughConductor { .. } => made,
         });
     }
     let front: Option<&BsdfId> = sides.first();

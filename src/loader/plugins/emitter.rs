@@ -9,6 +9,7 @@ use crate::loader::document::ObjectId;
 use crate::loader::params::Params;
 use crate::loader::source::Loc;
 use crate::spectrum::{Rgb, SpectrumRole};
+use glam::DVec3;
 
 /// What an emitter plugin makes.
 pub(crate) enum Emitter {
@@ -21,7 +22,7 @@ pub(crate) enum Emitter {
 type EmitterFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Emitter>;
 
 /// The supported emitter plugins.
-const EMITTERS: &[(&str, EmitterFn)] = &[("area", area), ("constant", constant)];
+const EMITTERS: &[(&str, EmitterFn)] = &[("area", area), ("constant", constant), ("point", point)];
 
 fn area(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     radiance(b, p).map(Emitter::Area)
@@ -30,6 +31,18 @@ fn area(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
 fn constant(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     let radiance = radiance(b, p)?;
     Ok(Emitter::Light(LightKind::Constant { radiance }))
+}
+
+/// The light is at the origin of `to_world`, or at `position`, but not both.
+fn point(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
+    let (to_world, position) = (p.transform("to_world")?, p.vector("position")?);
+    let position = match (to_world, position) {
+        (Some(_), Some(_)) => return Err(p.error("position", "a point light has a position or a to_world, not both")),
+        (Some(m), None) => m.translation,
+        (None, position) => position.unwrap_or(DVec3::ZERO),
+    };
+    let intensity = colour(b, p, "intensity", SpectrumRole::Emission)?.unwrap_or(Rgb::WHITE);
+    Ok(Emitter::Light(LightKind::Point { position, intensity }))
 }
 
 fn radiance(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Rgb> {

@@ -2,18 +2,25 @@
 
 use super::find;
 use crate::description::{ComponentFormat, Crop, Film, Filter, Sampler};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId};
 use crate::loader::params::Params;
 
 type FilmFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Film>;
-type FilterFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Filter>;
+type FilterFn = fn(&Params<'_>) -> Result<Filter>;
 type SamplerFn = fn(&Params<'_>) -> Result<()>;
 
 const FILMS: &[(&str, FilmFn)] = &[("hdrfilm", hdrfilm)];
 
-const FILTERS: &[(&str, FilterFn)] = &[("box", box_filter)];
+const FILTERS: &[(&str, FilterFn)] = &[
+    ("box", |_| Ok(Filter::Box)),
+    ("catmullrom", |_| Ok(Filter::CatmullRom)),
+    ("gaussian", gaussian),
+    ("lanczos", lanczos),
+    ("mitchell", mitchell),
+    ("tent", tent),
+];
 
 const SAMPLERS: &[(&str, SamplerFn)] = &[
     ("independent", no_more),
@@ -29,7 +36,17 @@ const DEFAULT_SIZE: (u32, u32) = (768, 576);
 /// Samples per pixel unless given.
 const DEFAULT_SAMPLE_COUNT: u32 = 4;
 
-const GAUSSIAN_HINT: &str = "; write <rfilter type=\"box\"/> inside <film> ('gaussian' is Mitsuba's default)";
+/// Radius of a tent unless given.
+const DEFAULT_TENT_RADIUS: f64 = 1.0;
+
+/// Standard deviation of a Gaussian unless given.
+const DEFAULT_STDDEV: f64 = 0.5;
+
+/// Side lobes of a Lanczos filter unless given.
+const DEFAULT_LOBES: u32 = 3;
+
+/// Both of Mitchell's parameters unless given.
+const DEFAULT_MITCHELL: f64 = 1.0 / 3.0;
 
 /// The film of a sensor.
 pub(crate) fn film(b: &mut Builder<'_>, id: ObjectId) -> Result<Film> {
@@ -39,18 +56,18 @@ pub(crate) fn film(b: &mut Builder<'_>, id: ObjectId) -> Result<Film> {
     Ok(made)
 }
 
-/// The film of a sensor that has none: Mitsuba's default, but for the filter.
-pub(crate) fn default_film(b: &mut Builder<'_>, sensor: &Params<'_>) -> Result<Film> {
-    b.approximate(sensor.object.at, "the reconstruction filter 'gaussian'", GAUSSIAN_HINT, "'box'")?;
+/// The film of a sensor that has none: Mitsuba's default.
+pub(crate) fn default_film(sensor: &Params<'_>) -> Film {
     let (width, height) = DEFAULT_SIZE;
-    Ok(Film {
+    Film {
         at: sensor.span(),
         width,
         height,
         crop: Crop { x: 0, y: 0, width, height },
-        filter: Filter::Box,
+        filter: Filter::DEFAULT,
+        sample_border: false,
         component_format: ComponentFormat::Half,
-    })
+    }
 }
 
 fn hdrfilm(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Film> {
@@ -72,12 +89,11 @@ fn hdrfilm(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Film> {
             ComponentFormat::Float
         }
     };
-    if p.boolean("sample_border", false)? {
-        b.approximate(p.at("sample_border"), "'sample_border'", "", "no border")?;
-    }
-    // Whether sums are compensated is our own business.
-    p.accept(&["compensate"]);
-    Ok(Film { at: p.span(), width, height, crop, filter: filter(b, p)?, component_format })
+    let sample_border = p.boolean("sample_border", false)?;
+    // Sums are exact without being compensated, and pictures have no banner.
+    p.boolean("compensate", false)?;
+    p.boolean("banner", true)?;
+    Ok(Film { at: p.span(), width, height, crop, filter: filter(b, p)?, sample_border, component_format })
 }
 
 fn side(p: &Params<'_>, name: &'static str, default: u32) -> Result<u32> {
@@ -107,25 +123,33 @@ fn crop(p: &Params<'_>, width: u32, height: u32) -> Result<Crop> {
 }
 
 fn filter(b: &mut Builder<'_>, film: &Params<'_>) -> Result<Filter> {
-    let Some((id, at)) = film.child(Category::Rfilter)? else {
-        b.approximate(film.object.at, "the reconstruction filter 'gaussian'", GAUSSIAN_HINT, "'box'")?;
-        return Ok(Filter::Box);
-    };
-    let make = match find(b.document, id, FILTERS) {
-        Err(Error::Unsupported { what, hint, .. }) => {
-            b.approximate(at, &what, &hint, "'box'")?;
-            return Ok(Filter::Box);
-        }
-        made => made?,
-    };
+    let Some((id, _)) = film.child(Category::Rfilter)? else { return Ok(Filter::DEFAULT) };
     let p = Params::new(b.document, id);
-    let made = make(b, &p)?;
+    let made = find(b.document, id, FILTERS)?(&p)?;
+    if made.radius() > Filter::MAX_RADIUS {
+        let (radius, most) = (made.radius(), Filter::MAX_RADIUS);
+        let message = format!("a filter that reaches {radius} pixels is too wide; at most {most} are supported");
+        return Err(b.document.sources.error(p.object.at, message));
+    }
     p.finish(b)?;
     Ok(made)
 }
 
-fn box_filter(_: &mut Builder<'_>, _: &Params<'_>) -> Result<Filter> {
-    Ok(Filter::Box)
+fn tent(p: &Params<'_>) -> Result<Filter> {
+    Ok(Filter::Tent { radius: p.positive("radius", DEFAULT_TENT_RADIUS)? })
+}
+
+fn gaussian(p: &Params<'_>) -> Result<Filter> {
+    Ok(Filter::Gaussian { stddev: p.positive("stddev", DEFAULT_STDDEV)? })
+}
+
+fn mitchell(p: &Params<'_>) -> Result<Filter> {
+    let parameter = |name| Ok(p.float(name)?.unwrap_or(DEFAULT_MITCHELL));
+    Ok(Filter::Mitchell { b: parameter("B")?, c: parameter("C")? })
+}
+
+fn lanczos(p: &Params<'_>) -> Result<Filter> {
+    Ok(Filter::Lanczos { lobes: p.unsigned("lobes", DEFAULT_LOBES, 1)? })
 }
 
 /// The sampler of a sensor; its type is a hint.

@@ -62,7 +62,7 @@ fn perspective(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Camera> {
     }
     let film = match p.child(Category::Film)? {
         Some((id, _)) => film::film(b, id)?,
-        None => film::default_film(b, p)?,
+        None => film::default_film(p),
     };
     let sampler = film::sampler(b, p)?;
     let at = p.span();

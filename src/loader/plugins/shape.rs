@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId};
 use crate::loader::params::Params;
-use crate::loader::{normals, obj, ply};
+use crate::loader::{cube, normals, obj, ply};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,8 +15,15 @@ use std::sync::Arc;
 type ShapeFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Made>;
 
 /// The supported shape plugins.
-const SHAPES: &[(&str, ShapeFn)] =
-    &[("obj", obj_mesh), ("ply", ply_mesh), ("rectangle", rectangle), ("sphere", sphere)];
+const SHAPES: &[(&str, ShapeFn)] = &[
+    ("cube", cube),
+    ("cylinder", cylinder),
+    ("disk", disk),
+    ("obj", obj_mesh),
+    ("ply", ply_mesh),
+    ("rectangle", rectangle),
+    ("sphere", sphere),
+];
 
 /// Largest relative difference between the scales of the axes at which a sphere is still a sphere.
 const SPHERE_TOLERANCE: f64 = 1e-3;
@@ -36,6 +43,7 @@ pub(crate) struct MeshKey {
     path: PathBuf,
     is_ply: bool,
     face_normals: bool,
+    uvs: bool,
     /// Bits of the linear part of the transformation where the computed normals depend on it.
     linear: Option<[u64; 9]>,
 }
@@ -87,6 +95,35 @@ fn rectangle(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     Ok(Made { geometry: Geometry::Rectangle, to_world, flip: false, file: None })
 }
 
+/// The cube [−1, 1]³. Its normals point outwards however it is transformed.
+fn cube(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
+    let to_world = to_world(p)?;
+    p.accept(&["flip_tex_coords"]);
+    // Where faces come mirrored, their corners must be turned round for their normals to agree with the corners'.
+    let mirrored = to_world.matrix3.determinant() < 0.0;
+    Ok(Made { geometry: Geometry::Mesh(Arc::new(cube::mesh(mirrored))), to_world, flip: false, file: None })
+}
+
+fn disk(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
+    Ok(Made { geometry: Geometry::Disk, to_world: to_world(p)?, flip: false, file: None })
+}
+
+/// As in Mitsuba, the sign of the radius does not matter, and any invertible transformation may follow.
+fn cylinder(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
+    let p0 = p.vector("p0")?.unwrap_or(DVec3::ZERO);
+    let p1 = p.vector("p1")?.unwrap_or(DVec3::Z);
+    let radius = p.float("radius")?.unwrap_or(1.0).abs();
+    let to_world = to_world(p)?;
+    if radius == 0.0 || !radius.is_finite() {
+        return Err(p.error("radius", "the radius of a cylinder must be neither zero nor infinite"));
+    }
+    let length = (p1 - p0).length();
+    if length == 0.0 || !length.is_finite() {
+        return Err(p.error("p1", "the two ends of a cylinder must be different points"));
+    }
+    Ok(Made { geometry: Geometry::Cylinder { p0, p1, radius }, to_world, flip: false, file: None })
+}
+
 /// A sphere is brought to world space here: all that a transformation can do to it is to move, to scale, and, if it
 /// mirrors, to turn it inside out.
 fn sphere(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
@@ -102,7 +139,8 @@ fn sphere(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     if radius == 0.0 || !radius.is_finite() || !centre.is_finite() {
         return Err(p.error("radius", "the radius of a sphere must be neither zero nor infinite"));
     }
-    let geometry = Geometry::Sphere { centre, radius: radius.abs() };
+    let axis = (linear * DVec3::Z).normalize();
+    let geometry = Geometry::Sphere { centre, radius: radius.abs(), axis };
     Ok(Made { geometry, to_world: DAffine3::IDENTITY, flip: radius < 0.0, file: None })
 }
 
@@ -125,8 +163,12 @@ fn ply_mesh(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
 fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
     let file = p.required_text("filename")?;
     let face_normals = p.boolean("face_normals", false)?;
-    // No texture coordinates are kept yet.
+    // Turning v round does not change where tangents point, and nothing else asks for texture coordinates.
     p.boolean("flip_tex_coords", true)?;
+    let uvs = match p.child(Category::Bsdf)? {
+        Some((bsdf, _)) => b.bsdf(bsdf).map(|id| b.is_anisotropic(id))?,
+        None => false,
+    };
     let to_world = to_world(p)?;
     let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;
     let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
@@ -136,13 +178,14 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
         path: canonical.clone(),
         is_ply,
         face_normals,
+        uvs,
         linear: (linear != DMat3::IDENTITY && !face_normals).then(|| linear.to_cols_array().map(f64::to_bits)),
     };
     let own = b.meshes.get(&key(linear)).or_else(|| b.meshes.get(&key(DMat3::IDENTITY)).filter(|m| m.has_own_normals));
     let loaded = match own {
         Some(loaded) => loaded.clone(),
         None => {
-            let loaded = read(b, p, &path, is_ply, face_normals, linear)?;
+            let loaded = read(b, p, &key(linear), linear)?;
             let frame = if loaded.has_own_normals { DMat3::IDENTITY } else { linear };
             b.meshes.insert(key(frame), loaded.clone());
             loaded
@@ -158,15 +201,9 @@ pub(crate) struct LoadedMesh {
     has_own_normals: bool,
 }
 
-fn read(
-    b: &mut Builder<'_>,
-    p: &Params<'_>,
-    path: &Path,
-    is_ply: bool,
-    face_normals: bool,
-    linear: DMat3,
-) -> Result<LoadedMesh> {
-    let mesh = if is_ply { ply::read(path) } else { obj::read(path) };
+fn read(b: &mut Builder<'_>, p: &Params<'_>, key: &MeshKey, linear: DMat3) -> Result<LoadedMesh> {
+    let (path, face_normals) = (&key.path, key.face_normals);
+    let mesh = if key.is_ply { ply::read(path, key.uvs) } else { obj::read(path, key.uvs) };
     let mut mesh = mesh.map_err(|e| match e {
         Error::File { message, .. } => p.error("filename", format!("cannot read '{}': {message}", path.display())),
         other => other,
@@ -174,6 +211,9 @@ fn read(
     if mesh.normals.len() != mesh.positions.len() && !mesh.normals.is_empty() {
         b.warn(p.at("filename"), "some vertices of the mesh have no normal; all normals are computed");
         mesh.normals.clear();
+    }
+    if mesh.uvs.len() != mesh.positions.len() {
+        mesh.uvs.clear();
     }
     let mut has_own_normals = true;
     if face_normals {

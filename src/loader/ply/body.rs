@@ -4,7 +4,7 @@ use super::header::{Element, Format, Header, Property, Scalar};
 use super::{Fault, Parsed};
 use crate::description::Mesh;
 use crate::error::Position;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Names of the list of a face's vertices.
 const INDEX_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
@@ -13,14 +13,16 @@ const INDEX_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 const ASCII_NUMBER_BYTES: usize = 2;
 
 /// Reads the mesh that follows the header.
-pub(super) fn parse(bytes: &[u8], header: &Header) -> Parsed<Mesh> {
+pub(super) fn parse(bytes: &[u8], header: &Header, uvs: bool) -> Parsed<Mesh> {
     let mut cursor = Cursor { bytes, at: header.body, line: header.body_line, format: header.format };
     let mut mesh = Mesh::default();
+    // Faces may come before the vertices that they name.
+    let total = header.elements.iter().find(|e| e.name == "vertex").map_or(0, |e| e.count);
     for element in &header.elements {
         cursor.check_room(element)?;
         match element.name.as_str() {
-            "vertex" => vertices(&mut cursor, element, &mut mesh)?,
-            "face" => faces(&mut cursor, element, &mut mesh)?,
+            "vertex" => vertices(&mut cursor, element, &mut mesh, uvs)?,
+            "face" => faces(&mut cursor, element, total, &mut mesh.faces)?,
             _ => {
                 for _ in 0..element.count {
                     skip(&mut cursor, &element.properties)?;
@@ -34,18 +36,21 @@ pub(super) fn parse(bytes: &[u8], header: &Header) -> Parsed<Mesh> {
     Ok(mesh)
 }
 
-fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh) -> Parsed<()> {
+fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh, uvs: bool) -> Parsed<()> {
     let column = |name: &str| element.properties.iter().position(|p| p.name == name && p.length.is_none());
     let columns = |names: [&str; 3]| Some([column(names[0])?, column(names[1])?, column(names[2])?]);
     let Some(position) = columns(["x", "y", "z"]) else {
         return Err((Position::Whole, "the vertices have no x, y and z".into()));
     };
     let normal = columns(["nx", "ny", "nz"]);
+    // The names that Mitsuba knows.
+    let uv = [["u", "v"], ["s", "t"]].into_iter().find_map(|[u, v]| Some([column(u)?, column(v)?])).filter(|_| uvs);
     if u32::try_from(element.count).is_err() {
         return Err((Position::Whole, "the mesh has too many vertices".into()));
     }
     mesh.positions.reserve_exact(element.count);
     mesh.normals.reserve_exact(if normal.is_some() { element.count } else { 0 });
+    mesh.uvs.reserve_exact(if uv.is_some() { element.count } else { 0 });
     let mut row = vec![0.0; element.properties.len()];
     for _ in 0..element.count {
         for (i, property) in element.properties.iter().enumerate() {
@@ -55,7 +60,8 @@ fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh) -> Pars
             }
             let place = cursor.at;
             row[i] = cursor.scalar(property.scalar)?;
-            let matters = position.contains(&i) || normal.is_some_and(|n| n.contains(&i));
+            let matters =
+                position.contains(&i) || normal.is_some_and(|n| n.contains(&i)) || uv.is_some_and(|uv| uv.contains(&i));
             if matters && !row[i].is_finite() {
                 return Err(cursor.fault(place, format!("'{}' is not a finite number", cursor.word(place, row[i]))));
             }
@@ -64,29 +70,33 @@ fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh) -> Pars
         if let Some(normal) = normal {
             mesh.normals.push(DVec3::from(normal.map(|i| row[i])));
         }
+        if let Some(uv) = uv {
+            mesh.uvs.push(DVec2::from(uv.map(|i| row[i])));
+        }
     }
     Ok(())
 }
 
-fn faces(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh) -> Parsed<()> {
+/// Faces of a mesh of `total` vertices, fans of triangles.
+fn faces(cursor: &mut Cursor<'_>, element: &Element, total: usize, into: &mut Vec<[u32; 3]>) -> Parsed<()> {
     let is_indices = |p: &Property| p.length.is_some() && INDEX_NAMES.contains(&p.name.as_str());
     let Some(indices) = element.properties.iter().position(is_indices) else {
         return Err((Position::Whole, "the faces have no list 'vertex_indices'".into()));
     };
     let (before, rest) = element.properties.split_at(indices);
     let (property, after) = (&rest[0], &rest[1..]);
-    mesh.faces.reserve_exact(element.count);
+    into.reserve_exact(element.count);
     for _ in 0..element.count {
         skip(cursor, before)?;
         let length = cursor.length(property)?;
         if length < 3 {
             return Err(cursor.fault(cursor.at, format!("a face needs at least three vertices, not {length}")));
         }
-        let first = index(cursor, property.scalar, mesh)?;
-        let mut second = index(cursor, property.scalar, mesh)?;
+        let first = index(cursor, property.scalar, total)?;
+        let mut second = index(cursor, property.scalar, total)?;
         for _ in 2..length {
-            let third = index(cursor, property.scalar, mesh)?;
-            mesh.faces.push([first, second, third]);
+            let third = index(cursor, property.scalar, total)?;
+            into.push([first, second, third]);
             second = third;
         }
         skip(cursor, after)?;
@@ -94,16 +104,17 @@ fn faces(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh) -> Parsed<
     Ok(())
 }
 
-fn index(cursor: &mut Cursor<'_>, scalar: Scalar, mesh: &Mesh) -> Parsed<u32> {
+fn index(cursor: &mut Cursor<'_>, scalar: Scalar, total: usize) -> Parsed<u32> {
     let place = cursor.at;
     let value = cursor.scalar(scalar)?;
-    let total = mesh.positions.len();
     // Written so that NaN is out of range.
-    if value >= 0.0 && value < total as f64 {
-        Ok(value as u32)
-    } else {
-        Err(cursor.fault(place, format!("the vertex index {value} is out of range; the file has {total}")))
+    if !(value >= 0.0 && value < total as f64) {
+        return Err(cursor.fault(place, format!("the vertex index {value} is out of range; the file has {total}")));
     }
+    if value.fract() != 0.0 {
+        return Err(cursor.fault(place, format!("'{value}' is not a vertex index")));
+    }
+    Ok(value as u32)
 }
 
 fn skip(cursor: &mut Cursor<'_>, properties: &[Property]) -> Parsed<()> {
@@ -143,7 +154,8 @@ impl Cursor<'_> {
     fn length(&mut self, property: &Property) -> Parsed<usize> {
         let place = self.at;
         let value = self.scalar(property.length.unwrap_or(property.scalar))?;
-        if value >= 0.0 && value <= (self.bytes.len() - self.at.min(self.bytes.len())) as f64 {
+        let room = (self.bytes.len() - self.at.min(self.bytes.len())) as f64;
+        if value >= 0.0 && value <= room && value.fract() == 0.0 {
             Ok(value as usize)
         } else {
             Err(self.fault(place, format!("'{value}' is not the length of a list")))

@@ -84,6 +84,9 @@ pub(super) struct Header {
     pub(super) body_line: u32,
 }
 
+/// The elements of which a mesh has one.
+const ONCE: [&str; 2] = ["vertex", "face"];
+
 /// Reads the header.
 pub(super) fn parse(bytes: &[u8]) -> Parsed<Header> {
     let (mut at, mut line) = (0, 0);
@@ -110,6 +113,9 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed<Header> {
             ["format", name, _version] => format = Some(parse_format(name).map_err(fault)?),
             ["element", name, count] => {
                 let count = count.parse().map_err(|_| fault(format!("'{count}' is not a number of elements")))?;
+                if ONCE.contains(&name) && elements.iter().any(|e| e.name == name) {
+                    return Err(fault(format!("a second element '{name}'")));
+                }
                 elements.push(Element { name: name.into(), count, properties: Vec::new() });
             }
             ["property", ref rest @ ..] => {

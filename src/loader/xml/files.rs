@@ -67,6 +67,7 @@ impl Reader {
         }
     }
 
+    /// An `<include>`: reads the file into `parent`, or gives it the object that the file is.
     pub(super) fn include(&mut self, node: Node<'_, '_>, cx: Context<'_>, parent: ObjectId) -> Result<()> {
         let a = self.attributes(node, cx, &["filename"], &["name"])?;
         self.no_children(node, cx)?;

@@ -22,6 +22,7 @@ const STEPS: &[&str] = &["translate", "rotate", "scale", "lookat", "matrix"];
 const XYZ: [&str; 3] = ["x", "y", "z"];
 
 impl Reader {
+    /// An element that is neither an object nor about the file: a value for `parent`.
     pub(super) fn property(&mut self, node: Node<'_, '_>, cx: Context<'_>, parent: ObjectId) -> Result<()> {
         let tag = node.tag_name().name();
         let at = Loc::new(cx.file, node.range().start);
