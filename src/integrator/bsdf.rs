@@ -2,6 +2,7 @@
 
 use super::Technique;
 
+/// See the module.
 pub(super) struct BsdfSampling;
 
 impl Technique for BsdfSampling {

@@ -44,12 +44,24 @@ pub enum Estimator {
     Naive,
 }
 
+impl Estimator {
+    /// Whether it samples lights: those that do not never find a light without size.
+    pub fn samples_lights(self) -> bool {
+        match self {
+            Self::Path => path::Path::SAMPLES_LIGHTS,
+            Self::Nee => nee::Nee::SAMPLES_LIGHTS,
+            Self::Bsdf => bsdf::BsdfSampling::SAMPLES_LIGHTS,
+            Self::Naive => naive::Naive::SAMPLES_LIGHTS,
+        }
+    }
+}
+
 /// An estimator with its limits.
 #[derive(Clone, Copy, Debug)]
 pub struct Integrator {
     /// Which estimator.
     pub estimator: Estimator,
-    /// The largest number of segments of a path, the camera ray included.
+    /// The largest number of segments of a path, the camera ray included; 0 gives black.
     pub max_depth: u32,
     /// Russian roulette decides from the vertex of this number on; the first hit is number 1.
     pub rr_depth: u32,
@@ -62,13 +74,17 @@ impl Integrator {
     pub fn sample_tile(&self, scene: &Scene, sampler: &Sampler, samples: Range<u32>, tile: &mut Tile) -> RayCounts {
         let bounds = tile.bounds();
         // Sample by sample of each pixel: neighbours in a wave see much the same.
-        let ids = (bounds.y..bounds.y + bounds.height).flat_map(|y| {
+        let ids = (bounds.y..bounds.y + bounds.height.cast_signed()).flat_map(|y| {
             let samples = samples.clone();
-            (bounds.x..bounds.x + bounds.width)
+            (bounds.x..bounds.x + bounds.width.cast_signed())
                 .flat_map(move |x| samples.clone().map(move |index| SampleId { x, y, index }))
         });
         let mut counts = RayCounts::default();
-        self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |id, radiance| tile.add_sample(id, radiance));
+        self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |id, radiance| {
+            tile.add_sample(id, radiance, || {
+                sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index).film()
+            });
+        });
         counts
     }
 
@@ -87,7 +103,7 @@ impl Integrator {
         counts: &mut RayCounts,
         sink: &mut impl FnMut(SampleId, crate::spectrum::Rgb),
     ) {
-        let walker = wave::Walker { scene, sampler, limits: self };
+        let walker = wave::Walker { scene, sampler, limits: self, level: fearless_simd::Level::new() };
         match self.estimator {
             Estimator::Path => walker.run::<path::Path>(ids, record, counts, sink),
             Estimator::Nee => walker.run::<nee::Nee>(ids, record, counts, sink),

@@ -7,6 +7,7 @@ use crate::sampler::BsdfUniforms;
 use crate::sampling::warp;
 use glam::Vec3;
 
+/// See the module.
 pub(super) struct Naive;
 
 impl Technique for Naive {
@@ -24,7 +25,7 @@ impl Technique for Naive {
             let wi = warp::square_to_uniform_hemisphere(u.direction());
             (wi, warp::square_to_uniform_hemisphere_pdf(wi))
         };
-        let weight = bsdf.eval(wo, wi) / pdf.0;
+        let weight = bsdf.eval_pdf(wo, wi).0 / pdf.0;
         (!weight.is_black()).then_some(BsdfSample { wi, weight, pdf: Some(pdf), eta: 1.0 })
     }
 }

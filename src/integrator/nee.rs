@@ -4,6 +4,7 @@
 use super::Technique;
 use crate::sampling::pdf::SolidAnglePdf;
 
+/// See the module.
 pub(super) struct Nee;
 
 impl Technique for Nee {

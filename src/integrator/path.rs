@@ -5,6 +5,7 @@ use super::Technique;
 use crate::sampling::mis::power_heuristic;
 use crate::sampling::pdf::SolidAnglePdf;
 
+/// See the module.
 pub(super) struct Path;
 
 impl Technique for Path {

@@ -1,5 +1,6 @@
 //! A path on its way: all that its next vertex needs to know.
 
+use crate::accel::Hit;
 use crate::film::SampleId;
 use crate::math::ray::Ray;
 use crate::sampler::Stream;
@@ -26,6 +27,8 @@ pub(super) enum Segment {
 pub(super) struct PathState {
     /// The current segment.
     pub(super) ray: Ray,
+    /// What it starts on; [`Hit::NONE`] where that is no surface.
+    pub(super) from: Hit,
     /// How it was sampled.
     pub(super) segment: Segment,
     /// Product of f·|cos|/pdf over the vertices so far.

@@ -42,10 +42,13 @@ pub enum Event {
         /// Probability of surviving roulette; 1 where there was none.
         survival: f32,
     },
-    /// The path ended.
+    /// The path goes no further. A light sampled at its last vertex is looked for after this.
     Ended {
         /// Why.
         reason: &'static str,
+    },
+    /// All is told.
+    Finished {
         /// Radiance of the whole sample.
         radiance: Rgb,
     },

@@ -5,14 +5,13 @@ use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use glam::Vec3;
 
-/// A way to estimate the light at path vertices. Delta lobes and infinitesimal lights leave only one way each, which
-/// every technique takes.
+/// A way to estimate the light at path vertices. Delta lobes leave only one way, which every technique takes.
 pub trait Technique {
     /// Whether vertices sample lights.
     const SAMPLES_LIGHTS: bool;
 
     /// How the path goes on; `None` where it ends.
-    #[inline]
+    #[inline(always)]
     fn sample_bsdf(bsdf: &Bsdf, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
         bsdf.sample(wo, u)
     }

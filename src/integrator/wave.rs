@@ -13,16 +13,17 @@ use super::Integrator;
 use super::path_state::{PathState, Segment};
 use super::record::{Event, Record};
 use super::technique::Technique;
-use crate::accel::Hit;
+use crate::accel::{Hit, Start};
 use crate::film::SampleId;
 use crate::light::Light;
-use crate::math::float::min;
+use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
-use crate::sampler::{BsdfUniforms, Sampler};
+use crate::sampler::{Batch, BsdfUniforms, LightUniforms, Sampler};
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::scene::{Scene, Surface};
 use crate::spectrum::Rgb;
-use glam::{DVec3, Vec2};
+use fearless_simd::{Level, Simd};
+use glam::{DVec3, Vec2, Vec3};
 use std::time::{Duration, Instant};
 
 /// Paths of a wave: enough for whole batches of rays, few enough that their states (some 80 KiB) stay in a core's second
@@ -67,10 +68,13 @@ pub(super) struct Walker<'a> {
     pub(super) scene: &'a Scene,
     pub(super) sampler: &'a Sampler,
     pub(super) limits: &'a Integrator,
+    /// What the processor can do.
+    pub(super) level: Level,
 }
 
 /// A light sample that waits to know whether it is visible.
 struct Pending {
+    /// Index into [`Wave::paths`].
     path: u32,
     radiance: Rgb,
 }
@@ -79,11 +83,18 @@ struct Pending {
 #[derive(Default)]
 struct Wave {
     paths: Vec<PathState>,
+    /// Indices of the paths that go on, in order. All that follows has an element for each of them, or for some.
+    active: Vec<u32>,
     rays: Vec<Ray>,
+    from: Vec<Hit>,
     hits: Vec<Hit>,
     shadow_rays: Vec<Ray>,
+    shadow_ends: Vec<[Hit; 2]>,
     pending: Vec<Pending>,
     occluded: Vec<bool>,
+    /// Uniform numbers of the vertex at hand, and of the film before there is one.
+    bsdf_numbers: Batch,
+    light_numbers: Batch,
 }
 
 impl Walker<'_> {
@@ -95,64 +106,94 @@ impl Walker<'_> {
         counts: &mut RayCounts,
         sink: &mut impl FnMut(SampleId, Rgb),
     ) {
+        if self.limits.max_depth == 0 {
+            // Not even the segment from the camera: black, as in Mitsuba.
+            return ids.for_each(|id| sink(id, Rgb::BLACK));
+        }
         let mut wave = Wave::default();
         loop {
+            wave.paths.clear();
             wave.paths.extend(ids.by_ref().take(WAVE_SIZE).map(|id| self.start(id)));
             if wave.paths.is_empty() {
                 return;
             }
+            wave.active.extend(0..wave.paths.len() as u32);
+            self.aim(&mut wave);
             counts.camera += wave.paths.len() as u64;
-            self.trace(&mut wave, counts);
+            self.trace(&mut wave, true, counts);
             if self.limits.hide_emitters {
                 self.skip_emitters(&mut wave, counts);
             }
-            loop {
-                for i in 0..wave.paths.len() {
-                    self.advance::<T>(&mut wave, i, record);
-                }
+            for vertex in 0.. {
+                self.draw::<T>(&mut wave, vertex);
+                self.advance_all::<T>(&mut wave, record);
                 self.resolve_shadows(&mut wave, record, counts);
-                retire(&mut wave.paths, sink);
-                if wave.paths.is_empty() {
+                wave.retire(record, sink);
+                if wave.active.is_empty() {
                     break;
                 }
-                counts.bounce += wave.paths.len() as u64;
-                self.trace(&mut wave, counts);
+                counts.bounce += wave.active.len() as u64;
+                self.trace(&mut wave, false, counts);
             }
         }
     }
 
-    /// A path that leaves the camera.
+    /// A path that is going to leave the camera.
     fn start(&self, id: SampleId) -> PathState {
-        let stream = self.sampler.stream(id.x, id.y, id.index);
-        let film = Vec2::new(id.x as f32, id.y as f32) + stream.film();
         PathState {
-            ray: self.scene.camera.ray(film),
+            ray: Ray::new(Vec3::ZERO, Vec3::Z),
+            from: Hit::NONE,
             segment: Segment::Delta,
             throughput: Rgb::WHITE,
             radiance: Rgb::BLACK,
             eta_squared: 1.0,
             depth: 0,
             id,
-            stream,
+            stream: self.sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index),
             alive: true,
         }
     }
 
+    /// Sends every path off from its point of the film.
+    fn aim(&self, wave: &mut Wave) {
+        wave.bsdf_numbers.fill_film(wave.paths.iter().map(|p| p.stream));
+        for (i, path) in wave.paths.iter_mut().enumerate() {
+            let film = Vec2::new(path.id.x as f32, path.id.y as f32) + wave.bsdf_numbers.film(i);
+            path.ray = self.scene.camera.ray(film);
+        }
+    }
+
+    /// Draws the uniform numbers that vertex `vertex` (counted from 0) may need, of all paths.
+    fn draw<T: Technique>(&self, wave: &mut Wave, vertex: u32) {
+        if vertex + 1 >= self.limits.max_depth {
+            return;
+        }
+        let streams = wave.active.iter().map(|&i| wave.paths[i as usize].stream);
+        wave.bsdf_numbers.fill_bsdf(vertex, streams.clone());
+        if T::SAMPLES_LIGHTS && !self.scene.lights.is_empty() {
+            wave.light_numbers.fill_light(vertex, self.scene.lights.len() > 1, streams);
+        }
+    }
+
     /// Finds what the current segment of every path meets.
-    fn trace(&self, wave: &mut Wave, counts: &mut RayCounts) {
+    fn trace(&self, wave: &mut Wave, from_camera: bool, counts: &mut RayCounts) {
+        let paths = wave.active.iter().map(|&i| &wave.paths[i as usize]);
         wave.rays.clear();
-        wave.rays.extend(wave.paths.iter().map(|p| p.ray));
-        wave.hits.resize(wave.paths.len(), Hit::NONE);
-        let start = Instant::now();
-        self.scene.accel.closest_hits(&wave.rays, &mut wave.hits);
-        counts.time += start.elapsed();
+        wave.rays.extend(paths.clone().map(|p| p.ray));
+        wave.from.clear();
+        wave.from.extend(paths.map(|p| p.from));
+        wave.hits.resize(wave.active.len(), Hit::NONE);
+        let start = if from_camera { Start::Camera } else { Start::Primitives(&wave.from) };
+        let now = Instant::now();
+        self.scene.accel.closest_hits_from(&wave.rays, start, &mut wave.hits);
+        counts.time += now.elapsed();
     }
 
     /// Lets camera rays pass through surfaces that emit.
     #[cold]
     fn skip_emitters(&self, wave: &mut Wave, counts: &mut RayCounts) {
         for (path, hit) in wave.paths.iter_mut().zip(&mut wave.hits) {
-            while hit.is_some() && self.scene.appearances[hit.shape as usize].light.is_some() {
+            while hit.is_some() && self.scene.appearances[hit.shape as usize].is_emitter {
                 let ray = path.ray;
                 let point = self.scene.shapes[hit.shape as usize].meet(&ray, hit.primitive).point;
                 let origin = point.origin_towards(ray.d);
@@ -165,33 +206,54 @@ impl Walker<'_> {
         }
     }
 
+    /// One vertex of every path.
+    fn advance_all<T: Technique>(&self, wave: &mut Wave, record: &mut impl Record) {
+        with_avx2(
+            self.level,
+            #[inline(always)]
+            || {
+                for index in 0..wave.active.len() {
+                    self.advance::<T>(wave, index, record);
+                }
+            },
+        );
+    }
+
     /// One vertex of one path: light found, light sampled, bsdf sampled, roulette.
-    #[inline]
+    #[inline(always)]
     fn advance<T: Technique>(&self, wave: &mut Wave, index: usize, record: &mut impl Record) {
-        let (hit, path) = (wave.hits[index], &mut wave.paths[index]);
+        let id = wave.active[index];
+        let (hit, path) = (wave.hits[index], &mut wave.paths[id as usize]);
         path.depth += 1;
         record.event(Event::Traced { vertex: path.depth, ray: path.ray, hit });
         if !hit.is_some() {
             self.find_sky::<T>(path, record);
             return end(path, "nothing is met", record);
         }
+        let last = path.depth >= self.limits.max_depth;
+        if last && self.scene.appearances[hit.shape as usize].light.is_none() {
+            return end(path, "the depth limit", record);
+        }
         let surface = self.scene.surface(&path.ray, hit);
         // Light that the path ran into, weighted against sampling it.
         self.find_light::<T>(path, &surface, record);
-        if path.depth >= self.limits.max_depth {
+        if last {
             return end(path, "the depth limit", record);
         }
         let wo = surface.frame.to_local(surface.wo);
         // Light sampled on purpose.
         if T::SAMPLES_LIGHTS
             && surface.bsdf.lobes().smooth
-            && let Some((ray, radiance)) = self.sample_light::<T>(path, &surface, wo, record)
+            && !self.scene.lights.is_empty()
+            && let Some((ray, on, radiance)) =
+                self.sample_light::<T>(path, &surface, wo, wave.light_numbers.light(index), record)
         {
             wave.shadow_rays.push(ray);
-            wave.pending.push(Pending { path: index as u32, radiance });
+            wave.shadow_ends.push([hit, on]);
+            wave.pending.push(Pending { path: id, radiance });
         }
         // Go on by the bsdf, or end.
-        let uniforms = path.stream.bsdf(path.depth - 1);
+        let uniforms = wave.bsdf_numbers.bsdf(index);
         let Some(sample) = T::sample_bsdf(surface.bsdf, wo, uniforms) else {
             return end(path, "the bsdf sample carries no energy", record);
         };
@@ -202,23 +264,28 @@ impl Walker<'_> {
             None => Segment::Delta,
         };
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));
+        path.from = hit;
         self.roulette(path, &uniforms, record);
     }
 
     /// Ends a path at random, the more likely the less it carries, and makes up for it in those that survive.
-    #[inline]
+    #[inline(always)]
     fn roulette(&self, path: &mut PathState, u: &BsdfUniforms, record: &mut impl Record) {
         let before = path.throughput;
         if before.is_black() {
             return end(path, "nothing is carried on", record);
         }
+        if !before.is_finite() {
+            // Without this a sample that finds no light after all would pass for black.
+            path.radiance = before;
+            return end(path, "the throughput is not finite", record);
+        }
         if path.depth < self.limits.rr_depth {
             return record.event(Event::Scattered { throughput: before, survival: 1.0 });
         }
         // η² undoes the compression of radiance in dense media, which is no loss of energy (Veach 1997, section 5.2).
-        let survival = min(before.max_component() * path.eta_squared, MAX_SURVIVAL);
+        let survival = attainable(min(before.max_component() * path.eta_squared, MAX_SURVIVAL));
         record.event(Event::Scattered { throughput: before, survival });
-        // A throughput that is not a number ends here too, and has been counted by the film if it found light.
         if !(u.roulette() < survival) {
             return end(path, "roulette", record);
         }
@@ -239,7 +306,7 @@ impl Walker<'_> {
     }
 
     /// Light of the surface that the segment met.
-    #[inline]
+    #[inline(always)]
     fn find_light<T: Technique>(&self, path: &mut PathState, surface: &Surface<'_>, record: &mut impl Record) {
         let Some(index) = surface.light else { return };
         if let Light::Area(light) = &self.scene.lights[index as usize] {
@@ -252,7 +319,7 @@ impl Walker<'_> {
     }
 
     /// Counts light at the end of the segment, which the light itself samples with the density `pdf(from)`.
-    #[inline]
+    #[inline(always)]
     fn found<T: Technique>(
         &self,
         path: &mut PathState,
@@ -273,28 +340,31 @@ impl Walker<'_> {
         path.radiance += found;
     }
 
-    /// A light sample that may count, with the ray that must be free for it.
-    #[inline]
+    /// A light sample that may count, with the ray that must be free for it and what that ends on.
+    #[inline(always)]
     fn sample_light<T: Technique>(
         &self,
         path: &PathState,
         surface: &Surface<'_>,
-        wo: glam::Vec3,
+        wo: Vec3,
+        u: LightUniforms,
         record: &mut impl Record,
-    ) -> Option<(Ray, Rgb)> {
-        let u = path.stream.light(path.depth - 1);
+    ) -> Option<(Ray, Hit, Rgb)> {
         let (index, pmf) = self.scene.light_sampler.sample(|| u.choice())?;
         let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), u.point())?;
         let wi = surface.frame.to_local(sample.wi);
-        let f = surface.bsdf.eval(wo, wi);
+        let (f, bsdf_pdf) = surface.bsdf.eval_pdf(wo, wi);
         if f.is_black() {
             return None;
         }
-        let pdf = sample.pdf * pmf;
-        let weight = T::sampled_weight(pdf, surface.bsdf.pdf(wo, wi));
-        let radiance = path.throughput * f * sample.radiance * (weight / pdf.0);
+        let (weight, pdf) = match sample.pdf {
+            Some(pdf) => (T::sampled_weight(pdf * pmf, bsdf_pdf), (pdf * pmf).0),
+            // No bsdf finds a light without size.
+            None => (1.0, pmf),
+        };
+        let radiance = path.throughput * f * sample.radiance * (weight / pdf);
         record.event(Event::Sampled { radiance, weight });
-        Some((surface.shadow_ray(&sample), radiance))
+        Some((surface.shadow_ray(&sample), sample.on, radiance))
     }
 
     /// Counts the light samples that nothing hides.
@@ -302,7 +372,7 @@ impl Walker<'_> {
         wave.occluded.resize(wave.shadow_rays.len(), false);
         counts.shadow += wave.shadow_rays.len() as u64;
         let start = Instant::now();
-        self.scene.accel.occluded(&wave.shadow_rays, &mut wave.occluded);
+        self.scene.accel.occluded_between(&wave.shadow_rays, &wave.shadow_ends, &mut wave.occluded);
         counts.time += start.elapsed();
         for (pending, &occluded) in wave.pending.iter().zip(&wave.occluded) {
             record.event(Event::Shadow { occluded });
@@ -311,23 +381,48 @@ impl Walker<'_> {
             }
         }
         wave.shadow_rays.clear();
+        wave.shadow_ends.clear();
         wave.pending.clear();
     }
+}
+
+/// `probability`, in (0, 1), rounded up to one that comparing with a uniform number attains exactly: these are multiples
+/// of 2⁻²⁴ ([`crate::sampler`]), so that P(u < k·2⁻²⁴) = k·2⁻²⁴, while in between the next multiple would be what happens
+/// and a smaller number what the survivors are divided by.
+#[inline]
+fn attainable(probability: f32) -> f32 {
+    // Both products only change the exponent.
+    (probability / UNIT_ROUNDOFF).ceil() * UNIT_ROUNDOFF
 }
 
 /// Marks a path as finished; it leaves the wave once its light sample is decided.
 #[inline]
 fn end(path: &mut PathState, reason: &'static str, record: &mut impl Record) {
     path.alive = false;
-    record.event(Event::Ended { reason, radiance: path.radiance });
+    record.event(Event::Ended { reason });
 }
 
-/// Takes finished paths out of the wave.
-fn retire(paths: &mut Vec<PathState>, sink: &mut impl FnMut(SampleId, Rgb)) {
-    paths.retain(|path| {
-        if !path.alive {
-            sink(path.id, path.radiance);
-        }
-        path.alive
-    });
+impl Wave {
+    /// Takes finished paths out of the wave.
+    fn retire(&mut self, record: &mut impl Record, sink: &mut impl FnMut(SampleId, Rgb)) {
+        self.active.retain(|&i| {
+            let path = &self.paths[i as usize];
+            if !path.alive {
+                record.event(Event::Finished { radiance: path.radiance });
+                sink(path.id, path.radiance);
+            }
+            path.alive
+        });
+    }
+}
+
+/// Runs `f`, compiled for AVX2 where the processor has it: the same operations in the same order, so the same bits, but
+/// fewer instructions. Only what is inlined into `f` gains.
+#[inline(always)]
+fn with_avx2(level: Level, f: impl FnOnce()) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = level.as_avx2() {
+        return avx2.vectorize(f);
+    }
+    f();
 }

@@ -71,7 +71,7 @@ pub struct Rendered {
     pub samples: u64,
     /// Rays traced.
     pub rays: RayCounts,
-    /// Samples left out because they were not finite.
+    /// Samples left out because they were not finite or did not fit the film.
     pub dropped: Dropped,
     /// Wall time.
     pub time: Duration,
@@ -79,49 +79,63 @@ pub struct Rendered {
     pub complete: bool,
 }
 
-/// Number of samples that a render takes, over all pixels.
+/// Work that is done.
+#[derive(Clone, Copy, Default)]
+struct Done {
+    samples: u64,
+    rays: RayCounts,
+}
+
+impl std::ops::AddAssign for Done {
+    fn add_assign(&mut self, o: Self) {
+        self.samples += o.samples;
+        self.rays += o.rays;
+    }
+}
+
+/// Number of samples that a render takes, over all pixels and the border around them, if there is one.
 pub fn total_samples(scene: &Scene, settings: &RenderSettings) -> u64 {
-    let crop = scene.film.crop;
-    u64::from(crop.width) * u64::from(crop.height) * u64::from(settings.samples)
+    let film = &scene.film;
+    film.filter.sampled_area(film.crop, film.sample_border).pixels() * u64::from(settings.samples)
 }
 
 /// Renders on the threads of `pool`.
 pub fn render(scene: &Scene, settings: &RenderSettings, pool: &ThreadPool, progress: &Progress) -> Rendered {
     let start = Instant::now();
     progress.started.store(true, Ordering::Relaxed);
-    let film = Film::new(scene.film.crop, Scale::for_radiance(scene.brightest()));
+    let f = &scene.film;
+    let film = Film::new(f.crop, f.filter, f.sample_border, Scale::for_radiance(scene.brightest()));
     let tiles = film.tile_count() as u64;
     let units = tiles * u64::from(settings.samples.div_ceil(CHUNK));
     let next = AtomicU64::new(0);
     let counts = pool.broadcast(|_| {
-        let mut rays = RayCounts::default();
+        let mut done = Done::default();
         while !progress.is_cancelled() {
             let unit = next.fetch_add(1, Ordering::Relaxed);
             if unit >= units {
                 break;
             }
-            rays += render_unit(scene, settings, &film, unit, progress);
+            done += render_unit(scene, settings, &film, unit, progress);
         }
-        rays
+        done
     });
-    let mut rays = RayCounts::default();
-    counts.into_iter().for_each(|c| rays += c);
-    let samples = progress.samples();
+    let mut done = Done::default();
+    counts.into_iter().for_each(|c| done += c);
+    let Done { samples, rays } = done;
     let dropped = film.dropped();
     let complete = samples == total_samples(scene, settings);
     Rendered { film, samples, rays, dropped, time: start.elapsed(), complete }
 }
 
-fn render_unit(scene: &Scene, settings: &RenderSettings, film: &Film, unit: u64, progress: &Progress) -> RayCounts {
+fn render_unit(scene: &Scene, settings: &RenderSettings, film: &Film, unit: u64, progress: &Progress) -> Done {
     let tiles = film.tile_count() as u64;
     let first = (unit / tiles) as u32 * CHUNK;
     let last = first.saturating_add(CHUNK).min(settings.samples);
     let mut tile = film.start_tile((unit % tiles) as usize);
     let rays = settings.integrator.sample_tile(scene, &settings.sampler, first..last, &mut tile);
     film.add(&tile);
-    let bounds = tile.bounds();
-    let samples = u64::from(bounds.width) * u64::from(bounds.height) * u64::from(last - first);
+    let samples = tile.bounds().pixels() * u64::from(last - first);
     progress.samples.fetch_add(samples, Ordering::Relaxed);
     progress.rays.fetch_add(rays.total(), Ordering::Relaxed);
-    rays
+    Done { samples, rays }
 }

@@ -18,12 +18,14 @@ pub use surface::Surface;
 use crate::accel::{Accel, Hit};
 use crate::bsdf::Material;
 use crate::camera::Perspective;
-use crate::image::{ComponentFormat, Crop};
+use crate::image::{ComponentFormat, Crop, Filter};
 use crate::light::{Light, UniformLightSampler};
+use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
-use crate::spectrum::Rgb;
-use glam::DVec3;
+use crate::shape::offset::SurfacePoint;
+use crate::shape::tangent::TangentField;
+use glam::{DVec3, Vec3};
 
 /// The picture that the scene's camera takes.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +34,10 @@ pub struct FilmSettings {
     pub size: (u32, u32),
     /// The part to render.
     pub crop: Crop,
+    /// The reconstruction filter.
+    pub filter: Filter,
+    /// Whether samples are taken around the part, too, wherever one reaches into it.
+    pub sample_border: bool,
     /// Type of an EXR's values.
     pub component_format: ComponentFormat,
 }
@@ -43,6 +49,10 @@ pub struct Appearance {
     pub material: u32,
     /// Index into [`Scene::lights`], if it emits.
     pub light: Option<u32>,
+    /// Whether the file gives it an emitter, be it a black one: then `hide_emitters` hides it.
+    pub is_emitter: bool,
+    /// Index into [`Scene::tangents`], if its material is anisotropic.
+    pub tangents: Option<u32>,
 }
 
 /// A compiled scene.
@@ -57,6 +67,8 @@ pub struct Scene {
     pub appearances: Vec<Appearance>,
     /// Every surface description in use.
     pub materials: Vec<Material>,
+    /// Tangents of every shape whose material is anisotropic.
+    pub tangents: Vec<TangentField>,
     /// Every light that is not black.
     pub lights: Vec<Light>,
     /// Which of them are at infinity.
@@ -75,19 +87,36 @@ pub struct Scene {
 
 impl Scene {
     /// The surface that `ray` meets, as seen from its origin.
-    #[inline]
+    #[inline(always)]
     pub fn surface(&self, ray: &Ray, hit: Hit) -> Surface<'_> {
         let appearance = self.appearances[hit.shape as usize];
-        let shape_point = self.shapes[hit.shape as usize].meet(ray, hit.primitive);
-        Surface::new(shape_point, -ray.d, &self.materials[appearance.material as usize], appearance.light)
+        let material = &self.materials[appearance.material as usize];
+        // Twice the same: a point that came from either would have to be put into memory, and read too soon after.
+        let mut surface = match &self.shapes[hit.shape as usize] {
+            Shape::Mesh(mesh) => Surface::new(mesh.meet(ray, hit.primitive), -ray.d, material, appearance.light),
+            quadric => Surface::new(quadric.meet(ray, hit.primitive), -ray.d, material, appearance.light),
+        };
+        if let Some(field) = appearance.tangents {
+            surface.frame = self.anisotropic_frame(field, hit.primitive, surface.frame.n, surface.point);
+        }
+        surface
     }
 
-    /// The largest radiance that any light emits, in its largest channel.
+    /// The frame of the shading normal `n` along the tangents of a shape. Not inlined, and given copies: most scenes have
+    /// nothing anisotropic.
+    #[inline(never)]
+    fn anisotropic_frame(&self, field: u32, primitive: u32, n: Vec3, at: SurfacePoint) -> Frame {
+        Frame::from_tangent(n, self.tangents[field as usize].at(primitive, &at))
+    }
+
+    /// The largest radiance that any light emits, in its largest channel; of a light without size, one of the order
+    /// that it makes ([`crate::light::PointLight::scale`]).
     pub fn brightest(&self) -> f32 {
         let radiance = |l: &Light| match l {
-            Light::Area(l) => l.radiance,
-            Light::Constant(l) => l.radiance,
+            Light::Area(l) => l.radiance.max_component(),
+            Light::Constant(l) => l.radiance.max_component(),
+            Light::Point(l) => l.scale(),
         };
-        self.lights.iter().map(radiance).map(Rgb::max_component).fold(0.0, f32::max)
+        self.lights.iter().map(radiance).fold(0.0, f32::max)
     }
 }

@@ -24,7 +24,7 @@ pub struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(shape: ShapePoint, wo: Vec3, material: &'a Material, light: Option<u32>) -> Self {
         let mut frame = Frame::from_normal(shape.shading_normal);
         let (bsdf, mirrored) = material.seen_from(frame.n.dot(wo));
@@ -41,13 +41,13 @@ impl<'a> Surface<'a> {
     }
 
     /// The ray that leaves the surface in direction `w`, not far beside the surface it leaves.
-    #[inline]
+    #[inline(always)]
     pub fn spawn(&self, w: Vec3) -> Ray {
         Ray::new(self.point.origin_towards(w), w)
     }
 
     /// The ray that is free if and only if the light sample is visible from here.
-    #[inline]
+    #[inline(always)]
     pub fn shadow_ray(&self, light: &LightSample) -> Ray {
         let origin = self.point.origin_towards(light.wi);
         match &light.end {

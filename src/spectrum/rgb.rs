@@ -47,10 +47,14 @@ impl Rgb {
         self.0.is_finite()
     }
 
-    /// Relative luminance (ITU-R BT.709-6, item 3.2).
+    /// What each channel adds to luminance (ITU-R BT.709-6, item 3.2).
+    pub const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
+    /// Relative luminance.
     #[inline]
     pub fn luminance(self) -> f32 {
-        0.2126 * self.0.x + 0.7152 * self.0.y + 0.0722 * self.0.z
+        let [r, g, b] = Self::LUMINANCE;
+        r * self.0.x + g * self.0.y + b * self.0.z
     }
 
     /// `f` of each channel.
