@@ -2,60 +2,10 @@
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
+mod desk;
+
+use desk::*;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
-
-const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box/scene.xml");
-
-/// An empty folder, and the command run in it.
-struct Desk(TempDir);
-
-impl Desk {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> std::path::PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn snell(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_snell")).args(arguments).current_dir(self.0.path()).output().unwrap()
-    }
-
-    fn files(&self) -> Vec<String> {
-        let mut names: Vec<String> =
-            fs::read_dir(self.0.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    /// The command must fail with exit code 2 and one line that contains all of `expected`, and leave no file.
-    fn refuses(&self, arguments: &[&str], expected: &[&str]) {
-        let before = self.files();
-        let output = self.snell(arguments);
-        let error = String::from_utf8_lossy(&output.stderr).into_owned();
-        let told = format!("snell {}\n{error}", arguments.join(" "));
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        for text in expected {
-            assert!(error.contains(text), "expected '{text}' in\n{told}");
-        }
-        assert_eq!(error.trim_end().lines().count(), 1, "one line expected:\n{told}");
-        assert!(output.stdout.is_empty(), "{told}");
-        assert_eq!(self.files(), before, "files were left behind by\n{told}");
-    }
-}
-
-fn scene_text(shape: &str) -> String {
-    format!(
-        r#"<scene version="3.0.0">
-    <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/><rfilter type="box"/></film></sensor>
-    {shape}
-</scene>"#
-    )
-}
 
 #[test]
 fn render_writes_every_output_and_nothing_else() {
@@ -77,7 +27,11 @@ fn render_writes_every_output_and_nothing_else() {
 #[test]
 fn the_default_output_is_named_after_the_scene() {
     let desk = Desk::new();
-    assert!(desk.snell(&["render", SCENE, "-Dres=8", "--spp", "1", "-q"]).status.success());
+    let told = desk.succeeds(&["render", SCENE, "-Dres=8", "--spp", "1", "-v"]).stderr;
+    let told = String::from_utf8_lossy(&told).into_owned();
+    for part in ["loaded in ", " s, ", " built in ", "\nrendered ", "samples/s, ", "rays/s\n", "wrote scene.exr\n"] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
     assert_eq!(desk.files(), ["scene.exr"]);
 }
 
@@ -89,8 +43,60 @@ fn info_and_replay_print_and_write_nothing() {
     assert!(info.status.success() && text.contains("16x16 pixels") && text.contains("triangles"), "{text}");
     let replay = desk.snell(&["render", SCENE, "-Dres=16", "--replay", "8,8,3"]);
     let text = String::from_utf8_lossy(&replay.stdout).into_owned();
-    assert!(replay.status.success() && text.contains("vertex 1") && text.contains("ends"), "{text}");
+    assert!(replay.status.success() && text.contains("vertex 1: from (278, 273.0") && text.contains("ends"), "{text}");
+    for part in [
+        ") along (",
+        ") to (",
+        ") on shape ",
+        "  light sampled: (",
+        "  light sample visible",
+        "  goes on with throughput (",
+    ] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
     assert!(desk.files().is_empty());
+    fs::write(desk.path("sky.xml"), scene_text(r#"<emitter type="constant"/>"#)).unwrap();
+    let replay = desk.snell(&["render", "sky.xml", "--replay", "1,2,0"]);
+    let text = String::from_utf8_lossy(&replay.stdout).into_owned();
+    assert!(text.contains(") nothing is met") && text.contains("  light found: (1, 1, 1) with weight 1\n"), "{text}");
+}
+
+/// A sphere around the camera that reflects more than it gets.
+fn impossible_room(radiance: &str, reflectance: &str) -> String {
+    scene_text(&format!(
+        r#"<shape type="sphere"><float name="radius" value="9"/><boolean name="flip_normals" value="true"/>
+        <bsdf type="diffuse"><float name="reflectance" value="{reflectance}"/></bsdf>
+        <emitter type="area"><rgb name="radiance" value="{radiance}"/></emitter></shape>"#
+    ))
+}
+
+#[test]
+fn samples_that_are_left_out_are_counted_by_what_is_wrong_and_can_be_seen() {
+    let desk = Desk::new();
+    for (radiance, reflectance, key, message) in [
+        ("3e38", "4", "non_finite_samples", "warning: 64 samples were not finite and were left out"),
+        (
+            "1",
+            "1e12",
+            "oversized_samples",
+            "64 samples were more than 2^31 times as bright as the brightest light and were",
+        ),
+    ] {
+        fs::write(desk.path("room.xml"), impossible_room(radiance, reflectance)).unwrap();
+        let arguments = ["render", "room.xml", "--spp=1", "--max-depth=2", "--seed=7", "-oa.exr", "--stats=s.json"];
+        let told = String::from_utf8_lossy(&desk.succeeds(&arguments).stderr).into_owned();
+        assert!(told.contains(message) && told.contains("\nto see them:\n"), "{told}");
+        let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("s.json")).unwrap()).unwrap();
+        assert_eq!(
+            (&stats[key], &stats["dropped_examples"][0]),
+            (&64.into(), &serde_json::json!([0, 0, 0])),
+            "{stats}"
+        );
+        // The line is a command as it stands.
+        let line = told.lines().find(|line| line.contains("--replay 0,0,0")).unwrap();
+        let output = desk.succeeds(&shlex::split(line).unwrap()[1..]);
+        assert!(String::from_utf8_lossy(&output.stdout).contains("radiance ("), "{output:?}");
+    }
 }
 
 #[test]
@@ -100,11 +106,42 @@ fn what_cannot_be_written_is_noticed_before_rendering() {
     let endless = ["render", SCENE, "--spp", "4000000000"];
     let with = |extra: &[&'static str]| [&endless[..], extra].concat();
     desk.refuses(&with(&["-o", "nowhere/a.exr"]), &["nowhere/a.exr", "does not exist"]);
-    desk.refuses(&with(&["-o", "a.tga"]), &["a.tga", ".exr or .png"]);
+    desk.refuses(
+        &with(&["-o", "a.tga"]),
+        &["a.tga: cannot tell the format from the name: expected a name ending in .exr or .png"],
+    );
     desk.refuses(&with(&["-o", "a.exr", "-o", "nowhere/b.png"]), &["nowhere/b.png"]);
     desk.refuses(&with(&["-o", "a.exr", "--stats", "nowhere/s.json"]), &["nowhere"]);
     fs::create_dir(desk.path("folder.exr")).unwrap();
-    desk.refuses(&with(&["-o", "folder.exr"]), &["folder.exr", "folder"]);
+    desk.refuses(&with(&["-o", "folder.exr"]), &["folder.exr: cannot write the picture: this is a folder"]);
+    desk.refuses(&with(&["-o", "a.exr", "--stats", "folder.exr"]), &["cannot write the statistics: this is a folder"]);
+    fs::write(desk.path("own.xml"), scene_text("")).unwrap();
+    desk.refuses(
+        &["render", "own.xml", "--stats", "./own.xml"],
+        &["own.xml: cannot write the statistics: this is the scene"],
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn names_may_be_long_or_no_text_or_links() {
+    use std::os::unix::ffi::OsStrExt;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let desk = Desk::new();
+    let long = format!("{}.exr", "a".repeat(250));
+    desk.succeeds(&["render", SCENE, "-Dres=8", "--spp=1", "-q", "-o", &long]);
+    assert_eq!(desk.files(), [long]);
+    fs::write(desk.path("target.png"), "old").unwrap();
+    fs::set_permissions(desk.path("target.png"), fs::Permissions::from_mode(0o600)).unwrap();
+    symlink("target.png", desk.path("link.png")).unwrap();
+    desk.succeeds(&["render", SCENE, "-Dres=8", "--spp=1", "-q", "-o", "link.png"]);
+    assert!(desk.path("link.png").is_symlink(), "a link stays a link");
+    assert!(fs::read(desk.path("target.png")).unwrap().starts_with(b"\x89PNG"), "what it leads to is written");
+    assert_eq!(desk.path("target.png").metadata().unwrap().permissions().mode() & 0o777, 0o600, "still private");
+    let name = std::ffi::OsStr::from_bytes(b"no\xfftext.xml");
+    fs::write(desk.path("").join(name), scene_text(r#"<shape type="sphere"/>"#)).unwrap();
+    desk.succeeds(&["render".as_ref(), name, "--spp=1".as_ref(), "-o".as_ref(), "q.exr".as_ref()]);
+    assert!(desk.path("q.exr").is_file());
 }
 
 #[cfg(target_os = "linux")]
@@ -113,6 +150,54 @@ fn a_read_only_folder_is_noticed_before_rendering() {
     // Also for the superuser, whom no mode of a folder stops.
     Desk::new()
         .refuses(&["render", SCENE, "--spp", "4000000000", "-o", "/proc/a.exr"], &["/proc/a.exr", "cannot write"]);
+}
+
+/// Opening a pipe would wait for its other end.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_scene_and_no_mesh() {
+    let desk = Desk::new();
+    assert!(std::process::Command::new("mkfifo").arg(desk.path("pipe.ply")).status().unwrap().success());
+    desk.refuses(&["render", "pipe.ply"], &["pipe.ply", "not a regular file"]);
+    desk.refuses(&["diff", "pipe.ply", "pipe.ply"], &["pipe.ply", "not a regular file"]);
+    fs::write(
+        desk.path("mesh.xml"),
+        scene_text(r#"<shape type="ply"><string name="filename" value="pipe.ply"/></shape>"#),
+    )
+    .unwrap();
+    desk.refuses(&["render", "mesh.xml"], &["mesh.xml:3:", "pipe.ply", "not a regular file"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_film_larger_than_memory_is_refused() {
+    let desk = Desk::new();
+    fs::write(desk.path("s.xml"), scene_text(r#"<shape type="sphere"/>"#)).unwrap();
+    let line = format!("ulimit -v 4000000; exec {} render s.xml --size 16384x16384", env!("CARGO_BIN_EXE_snell"));
+    let output = std::process::Command::new("sh").args(["-c", &line]).current_dir(desk.path("")).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && told.contains("no memory for so many pixels"), "{told}");
+    assert_eq!(desk.files(), ["s.xml"]);
+}
+
+#[cfg(feature = "embree")]
+#[test]
+fn accelerators_are_compared_in_numbers() {
+    let desk = Desk::new();
+    let output = desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=2", "--accel=both", "--stats=s.json"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("s.json")).unwrap()).unwrap();
+    let compared = &stats["accelerator_comparison"];
+    let rays = stats["rays"].as_object().unwrap().values().map(|v| v.as_u64().unwrap()).sum::<u64>();
+    assert_eq!(compared["rays"], rays, "{stats}");
+    assert_eq!((&compared["native_false"], &compared["native_misses"]), (&0.into(), &0.into()), "{stats}");
+    assert!(
+        told.contains(&format!("compared {rays} rays: 0 ties, ")) && told.contains(" and 0 (native), false hits "),
+        "{told}"
+    );
+    desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=2", "--accel=native", "--stats=s.json", "-q"]);
+    let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("s.json")).unwrap()).unwrap();
+    assert!(stats.get("accelerator_comparison").is_none() && stats.get("embree_false_hits").is_none(), "{stats}");
 }
 
 #[test]
@@ -126,7 +211,7 @@ fn bad_input_gets_one_line_with_its_place() {
         ),
         ("broken.xml", scene_text("<shape type=\"sphere\">"), &["broken.xml:"]),
         ("plugin.xml", scene_text(r#"<shape type="spheer"/>"#), &["plugin.xml:3:", "spheer", "sphere"]),
-        ("later.xml", scene_text(r#"<shape type="cube"/>"#), &["later.xml:3:", "cube", "not supported yet"]),
+        ("later.xml", scene_text(r#"<shape type="sdfgrid"/>"#), &["later.xml:3:", "sdfgrid", "not supported yet"]),
         (
             "parameter.xml",
             scene_text(r#"<shape type="sphere"><float name="raduis" value="1"/></shape>"#),
@@ -168,11 +253,14 @@ fn bad_input_gets_one_line_with_its_place() {
 #[test]
 fn bad_arguments_are_refused() {
     let desk = Desk::new();
-    desk.refuses(&["render", SCENE, "--crop", "0,0,9999,1"], &["--crop", "outside"]);
+    desk.refuses(&["render", SCENE, "--crop", "0,0,9999,1"], &["--crop reaches outside the picture, which is"]);
     desk.refuses(&["render", SCENE, "--camera", "3"], &["camera 3"]);
-    desk.refuses(&["render", SCENE, "--replay", "9999,0,0"], &["--replay", "outside"]);
+    desk.refuses(
+        &["render", SCENE, "--replay", "9999,0,0"],
+        &["--replay: pixel 9999,0 is outside the picture, which is"],
+    );
     desk.refuses(&["render", SCENE, "-Dnonsense=1"], &["nonsense"]);
-    desk.refuses(&["render", SCENE, "-o", "a.exr", "-o", "a.exr"], &["a.exr", "twice"]);
+    desk.refuses(&["render", SCENE, "-o", "a.exr", "-o", "a.exr"], &["a.exr is to be written twice"]);
     desk.refuses(&["render", SCENE, "-o", "a.exr", "--stats", "a.exr"], &["a.exr", "twice"]);
     for wrong in [
         &["render"][..],
@@ -186,6 +274,43 @@ fn bad_arguments_are_refused() {
     assert!(desk.files().is_empty());
 }
 
+/// Of these the parser of arguments tells in several lines.
+#[test]
+fn values_of_arguments_say_what_they_should_be() {
+    let desk = Desk::new();
+    let rows: [(&[&str], &str); 8] = [
+        (&["render", SCENE, "-Dres"], "expected NAME=VALUE"),
+        (&["render", SCENE, "--size=0x9"], "expected WIDTHxHEIGHT in pixels, for example 640x480"),
+        (&["render", SCENE, "--crop=1,2,3"], "expected X,Y,WIDTH,HEIGHT in pixels, for example 10,20,64,64"),
+        (&["render", SCENE, "--replay=1,2"], "expected X,Y,SAMPLE, for example 10,20,0"),
+        (&["render", SCENE, "--exposure=inf"], "expected a finite number"),
+        (&["render", SCENE, "--accel=embre"], "a similar value exists: 'embree'"),
+        (&["render", SCENE, "--max-depth=-2"], "-2 is not in -1..=4294967295"),
+        (
+            &["diff", "a.exr", "b.exr", "--fail=rmse=1"],
+            "expected METRIC=VALUE with one of the metrics mse, relmse, psnr",
+        ),
+    ];
+    for (arguments, expected) in rows {
+        let output = desk.snell(arguments);
+        let told = String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(output.status.code() == Some(2) && told.contains(expected), "{arguments:?}: {told}");
+    }
+    desk.refuses(
+        &["render", SCENE, "--size=2000000x1"],
+        &["--size: 2000000 pixels a side are too many; at most 1000000"],
+    );
+    desk.refuses(&["render", SCENE, "--size=100000x100000"], &["--size: 10000000000 pixels are too many"]);
+}
+
+#[cfg(not(feature = "embree"))]
+#[test]
+fn embree_is_refused_where_it_is_not() {
+    let expected = "this snell was built without Embree; use --accel native or auto";
+    Desk::new().refuses(&["render", SCENE, "--accel=embree"], &[expected]);
+    Desk::new().refuses(&["render", SCENE, "--accel=both"], &[expected]);
+}
+
 #[test]
 fn help_and_version_succeed() {
     let desk = Desk::new();
@@ -195,32 +320,13 @@ fn help_and_version_succeed() {
     }
 }
 
-/// Interrupts the command once it renders, and returns what came of it.
-#[cfg(unix)]
-fn interrupted(desk: &Desk, times: u32) -> std::process::ExitStatus {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_snell"))
-        .args(["render", SCENE, "-Dres=64", "--spp", "100000000", "-o", "out.exr", "-q"])
-        .current_dir(desk.0.path())
-        .spawn()
-        .unwrap();
-    let reserved = |names: Vec<String>| names.iter().any(|n| n.ends_with(".tmp"));
-    while !reserved(desk.files()) {
-        std::thread::sleep(std::time::Duration::from_millis(10));
-    }
-    // Long enough to have begun rendering; if it has not, it stops before the first sample and writes nothing.
-    std::thread::sleep(std::time::Duration::from_millis(1500));
-    for _ in 0..times {
-        let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-        assert!(killed.success(), "the render was still running");
-    }
-    child.wait().unwrap()
-}
-
-#[cfg(unix)]
 #[test]
-fn an_interrupt_writes_the_picture_so_far() {
+fn completions_are_scripts() {
     let desk = Desk::new();
-    assert_eq!(interrupted(&desk, 1).code(), Some(130));
-    assert_eq!(desk.files(), ["out.exr"]);
-    assert!(Path::new(&desk.path("out.exr")).metadata().unwrap().len() > 1000);
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let output = desk.snell(&["completions", shell]);
+        let script = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success() && script.contains("render") && script.contains("spp"), "{shell}");
+    }
+    assert_eq!(desk.snell(&["completions", "tcsh"]).status.code(), Some(2));
 }

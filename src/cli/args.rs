@@ -6,6 +6,7 @@ use crate::image::Crop;
 use crate::integrator::Estimator;
 use crate::sampler::SamplerKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use std::path::PathBuf;
 
 /// A physically based path tracer for Mitsuba 3 scenes.
@@ -16,12 +17,83 @@ pub(super) struct Arguments {
     pub(super) command: Command,
 }
 
+/// What to do.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Render a scene to a picture.
     Render(RenderArgs),
     /// Show what a scene holds and needs.
     Info(SceneArgs),
+    /// Compare a picture with a reference: errors, perceived difference, statistical tests.
+    Diff(DiffArgs),
+    /// Print a completion script for a shell.
+    Completions {
+        /// Which shell.
+        shell: Shell,
+    },
+}
+
+/// What to compare, and how well it must agree.
+#[derive(Debug, Args)]
+pub(super) struct DiffArgs {
+    /// The picture (.exr or .png).
+    pub(super) picture: PathBuf,
+    /// The picture that is right, or more so.
+    pub(super) reference: PathBuf,
+    /// Variance of the picture's pixels (squared standard errors). Default: NAME_var.exr beside both pictures.
+    #[arg(long, value_name = "FILE")]
+    pub(super) variance_a: Option<PathBuf>,
+    /// Variance of the reference's pixels; without it, the reference counts as exact.
+    #[arg(long, value_name = "FILE")]
+    pub(super) variance_b: Option<PathBuf>,
+    /// Write a map of the difference: .png for what FLIP says of each pixel, .exr for picture minus reference.
+    #[arg(long, value_name = "FILE")]
+    pub(super) heat: Option<PathBuf>,
+    /// Write the figures as JSON; - for standard output.
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// Exit with 1 where a figure is worse: mse, relmse, max, flip, hdr-flip above, psnr, p, p-whole, p-tiles, p-pixels
+    /// below VALUE; and where a pixel is not finite.
+    #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
+    pub(super) fail: Vec<Limit>,
+}
+
+/// A figure that two pictures are judged by.
+#[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
+pub(super) enum Metric {
+    Mse,
+    Relmse,
+    Psnr,
+    Max,
+    Flip,
+    HdrFlip,
+    P,
+    PWhole,
+    PTiles,
+    PPixels,
+}
+
+impl Metric {
+    /// Whether it comes from the z-tests.
+    pub(super) fn needs_variances(self) -> bool {
+        matches!(self, Self::P | Self::PWhole | Self::PTiles | Self::PPixels)
+    }
+
+    /// Whether larger values mean better agreement.
+    pub(super) fn is_better_high(self) -> bool {
+        self == Self::Psnr || self.needs_variances()
+    }
+
+    pub(super) fn text(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |v| v.get_name().into())
+    }
+}
+
+/// The worst value that a figure may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Limit {
+    pub(super) metric: Metric,
+    pub(super) value: f64,
 }
 
 /// Most threads. Reason: with very many more threads than cores the thread pool spends its time waking them.
@@ -30,7 +102,7 @@ const MAX_THREADS: i64 = 1024;
 /// What to read, and what to change in it.
 #[derive(Debug, Args)]
 pub(super) struct SceneArgs {
-    /// The scene: a Mitsuba 3 XML file.
+    /// The scene: a Mitsuba 3 XML file, or a mesh (.obj, .ply) to be shown by itself.
     pub(super) scene: PathBuf,
     /// Set a parameter that the scene declares by `<default>`.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
@@ -55,6 +127,7 @@ pub(super) struct SceneArgs {
     pub(super) threads: u32,
 }
 
+/// How to render, and where to.
 #[derive(Debug, Args)]
 pub(super) struct RenderArgs {
     #[command(flatten)]
@@ -65,7 +138,8 @@ pub(super) struct RenderArgs {
     /// Samples per pixel, in place of the file's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) spp: Option<u32>,
-    /// How to estimate, in place of the file's. All converge to the same picture.
+    /// How to estimate, in place of the file's. All converge to the same picture, but for `direct`, which ends paths
+    /// after one bounce.
     #[arg(long, value_enum)]
     pub(super) integrator: Option<IntegratorName>,
     /// Where random numbers come from.
@@ -87,7 +161,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     pub(super) stats: Option<PathBuf>,
     /// Trace one sample alone and tell of every step; writes no picture.
-    #[arg(long, value_name = "X,Y,S", value_parser = sample_id)]
+    #[arg(long, value_name = "X,Y,S", allow_hyphen_values = true, value_parser = sample_id)]
     pub(super) replay: Option<SampleId>,
     /// Print errors only.
     #[arg(short, long, conflicts_with = "verbose")]
@@ -97,9 +171,10 @@ pub(super) struct RenderArgs {
     pub(super) verbose: bool,
 }
 
+/// Names of [`Accelerator`]s.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(super) enum AcceleratorName {
-    /// Embree where it is compiled in, else native.
+    /// Native for scenes of few triangles; else Embree where it is compiled in.
     Auto,
     /// Intel Embree, robust.
     Embree,
@@ -120,6 +195,7 @@ impl From<AcceleratorName> for Accelerator {
     }
 }
 
+/// Names of [`Estimator`]s, and `direct`.
 #[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
 pub(super) enum IntegratorName {
     /// Light and bsdf sampling combined: the one for use.
@@ -155,6 +231,7 @@ impl IntegratorName {
     }
 }
 
+/// Names of [`SamplerKind`]s.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(super) enum SamplerName {
     /// Owen-scrambled Sobol' points.
@@ -186,8 +263,8 @@ fn define(text: &str) -> Result<(String, String), String> {
     }
 }
 
-fn numbers<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
-    let parsed: Option<Vec<u32>> = text.split(separator).map(|part| part.trim().parse().ok()).collect();
+fn numbers<T: std::str::FromStr, const N: usize>(text: &str, separator: char) -> Option<[T; N]> {
+    let parsed: Option<Vec<T>> = text.split(separator).map(|part| part.trim().parse().ok()).collect();
     parsed?.try_into().ok()
 }
 
@@ -206,10 +283,22 @@ fn crop(text: &str) -> Result<Crop, String> {
 }
 
 fn sample_id(text: &str) -> Result<SampleId, String> {
-    match numbers(text, ',') {
-        Some([x, y, index]) => Ok(SampleId { x, y, index }),
-        None => Err("expected X,Y,SAMPLE, for example 10,20,0".into()),
-    }
+    /// Beyond every film and its border, and far from overflow.
+    const FARTHEST: i64 = 1 << 30;
+    let place = |v: i64| i32::try_from(v).ok().filter(|v| i64::from(*v).abs() <= FARTHEST);
+    let parsed = numbers(text, ',').and_then(|[x, y, index]: [i64; 3]| {
+        Some(SampleId { x: place(x)?, y: place(y)?, index: u32::try_from(index).ok()? })
+    });
+    parsed.ok_or_else(|| "expected X,Y,SAMPLE, for example 10,20,0".into())
+}
+
+fn limit(text: &str) -> Result<Limit, String> {
+    let names = || Metric::value_variants().iter().map(|m| m.text()).collect::<Vec<_>>().join(", ");
+    let parsed = text.split_once('=').and_then(|(name, value)| {
+        let value = value.parse().ok().filter(|v: &f64| !v.is_nan())?;
+        Some(Limit { metric: Metric::from_str(name, false).ok()?, value })
+    });
+    parsed.ok_or_else(|| format!("expected METRIC=VALUE with one of the metrics {}", names()))
 }
 
 fn finite(text: &str) -> Result<f32, String> {
@@ -233,6 +322,8 @@ mod tests {
         assert_eq!(crop("1,2,3,4"), Ok(Crop { x: 1, y: 2, width: 3, height: 4 }));
         assert!(["1,2,3", "1,2,0,4", "a,2,3,4"].iter().all(|t| crop(t).is_err()));
         assert_eq!(define("a=b=c"), Ok(("a".into(), "b=c".into())));
+        assert_eq!(limit("hdr-flip=0.5"), Ok(Limit { metric: Metric::HdrFlip, value: 0.5 }));
+        assert!(["mse", "mse=", "mse=x", "mse=nan", "rmse=1", "=1"].iter().all(|t| limit(t).is_err()));
         assert!(define("a").is_err() && define("=b").is_err());
     }
 }

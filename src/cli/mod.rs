@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "talking to the user is this module's job")]
 
 mod args;
+mod diff;
 mod info;
 mod interrupt;
 mod prepare;
@@ -12,19 +13,33 @@ mod replay;
 mod stats;
 
 use args::{Arguments, Command};
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
+/// A comparison failed.
+const EXIT_FAILED: u8 = 1;
 /// Bad usage or bad input.
 const EXIT_USAGE: u8 = 2;
 /// Interrupted; the picture so far is written.
 const EXIT_INTERRUPTED: u8 = 130;
 
-/// Runs the command that `arguments` (program name first) ask for. 0: done; 2: bad usage or input; 130: interrupted.
+/// The words of a command as a shell takes them; bytes that are no text are shown as such, not kept.
+fn shell_line(words: &[OsString]) -> String {
+    let quoted = words.iter().map(|word| {
+        let word = word.to_string_lossy();
+        // No argument holds a NUL: systems end arguments with it.
+        shlex::try_quote(&word).unwrap_or_default().into_owned()
+    });
+    quoted.collect::<Vec<_>>().join(" ")
+}
+
+/// Runs the command that `arguments` (program name first) ask for. 0: done; 1: a comparison failed; 2: bad usage or input;
+/// 130: interrupted.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let words: Vec<OsString> = arguments.into_iter().collect();
+    let arguments = match Arguments::try_parse_from(&words) {
         Ok(arguments) => arguments,
         Err(error) => {
             // Help and version are no errors, and go to standard output. Nobody may be reading: that is no error either.
@@ -33,8 +48,16 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     let result = match &arguments.command {
-        Command::Render(a) => render::run(a),
+        Command::Render(a) => render::run(a, &shell_line(&words)),
         Command::Info(a) => info::run(a).map(|()| ExitCode::SUCCESS),
+        Command::Diff(a) => diff::run(a),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Arguments::command(), "snell", &mut script);
+            // Nobody may be reading.
+            let _ = std::io::stdout().write_all(&script);
+            Ok(ExitCode::SUCCESS)
+        }
     };
     result.unwrap_or_else(|error| {
         let _ = writeln!(std::io::stderr(), "error: {error}");

@@ -3,7 +3,7 @@
 use super::args::SceneArgs;
 use crate::description::{Film, SceneDescription};
 use crate::error::{Error, Result};
-use crate::image::Crop;
+use crate::image::{Area, Crop};
 use crate::loader::{self, LoadOptions};
 use crate::scene::Scene;
 use crate::scene::compile::{CompileOptions, compile};
@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 pub(super) struct Prepared {
     pub(super) description: SceneDescription,
     pub(super) scene: Scene,
+    /// What each of the scene's lights is called.
+    pub(super) light_names: Vec<String>,
     pub(super) warnings: Vec<String>,
     /// Reading and compiling, without the accelerator.
     pub(super) load: Duration,
@@ -23,11 +25,12 @@ pub(super) struct Prepared {
 
 /// The threads to work with.
 pub(super) fn pool(threads: u32) -> Result<ThreadPool> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads as usize)
-        .thread_name(|i| format!("snell-{i}"))
-        .build()
-        .map_err(|e| Error::Usage(format!("cannot start {threads} threads: {e}")))
+    rayon::ThreadPoolBuilder::new().num_threads(threads as usize).thread_name(|i| format!("snell-{i}")).build().map_err(
+        |e| {
+            let count = if threads == 0 { "a thread for every core".into() } else { format!("{threads} threads") };
+            Error::Usage(format!("cannot start {count}: {e}"))
+        },
+    )
 }
 
 /// Reads and compiles the scene.
@@ -42,7 +45,8 @@ pub(super) fn prepare(args: &SceneArgs, pool: &ThreadPool) -> Result<Prepared> {
     let mut warnings = description.warnings.clone();
     warnings.extend(compiled.warnings);
     let build = compiled.accel_build;
-    Ok(Prepared { description, scene: compiled.scene, warnings, load: start.elapsed() - build, build })
+    let (scene, light_names) = (compiled.scene, compiled.light_names);
+    Ok(Prepared { description, scene, light_names, warnings, load: start.elapsed() - build, build })
 }
 
 /// Puts the size and crop of the arguments into the film of the camera that is used.
@@ -64,5 +68,17 @@ fn adjust_film(description: &mut SceneDescription, args: &SceneArgs) -> Result<(
         }
         film.crop = crop;
     }
-    Film::check_pixels(film.crop).map_err(|m| Error::Usage(format!("--size: {m}")))
+    // Whatever the file says was checked when it was read.
+    let given = if args.crop.is_some() { "--crop" } else { "--size" };
+    Film::check_pixels(film.crop).map_err(|m| Error::Usage(format!("{given}: {m}")))?;
+    check_memory(crate::film::Film::bytes(Area::from(film.crop).pixels()))
+}
+
+/// An error if the system says already now that it will not give so many bytes for the film, rather than in the middle of
+/// the render.
+fn check_memory(bytes: u64) -> Result<()> {
+    let refused = || Error::Usage(format!("there is no memory for so many pixels: their sums take {bytes} bytes"));
+    let bytes = usize::try_from(bytes).map_err(|_| refused())?;
+    // Untouched memory costs nothing.
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| refused())
 }

@@ -7,7 +7,7 @@ use super::stats::{Names, Stats};
 use super::{EXIT_INTERRUPTED, interrupt, replay};
 use crate::description::IntegratorKind;
 use crate::error::{Error, Result};
-use crate::image::{Metadata, OutputFile, WriteOptions};
+use crate::image::{ComponentFormat, Metadata, OutputFile, Picture, Reserved, WriteOptions};
 use crate::integrator::Integrator;
 use crate::render::{Progress, RenderSettings, Rendered, render, total_samples};
 use crate::sampler::Sampler;
@@ -19,17 +19,18 @@ use std::sync::Arc;
 /// Number of path segments of direct light.
 const DIRECT_DEPTH: u32 = 2;
 
-/// Renders and writes.
-pub(super) fn run(args: &RenderArgs) -> Result<ExitCode> {
+/// Renders and writes; `command` is what the arguments come from, as a shell takes it.
+pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let say = |text: std::fmt::Arguments<'_>| {
         if !args.quiet {
             // Nobody may be reading.
             let _ = writeln!(std::io::stderr(), "{text}");
         }
     };
-    let outputs = reserve(args)?;
+    let Outputs { pictures, stats } = reserve(args)?;
     let progress = Arc::new(Progress::default());
-    interrupt::handle(&progress, outputs.iter().map(|o| o.temporary_path().to_owned()).collect());
+    let temporaries = pictures.iter().map(OutputFile::temporary_path).chain(stats.iter().map(Reserved::temporary_path));
+    interrupt::handle(&progress, temporaries.map(Path::to_owned).collect());
     let pool = prepare::pool(args.scene.threads)?;
     let prepared = prepare::prepare(&args.scene, &pool)?;
     for warning in &prepared.warnings {
@@ -38,6 +39,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let (settings, integrator) = settings(args, &prepared);
     if let Some(id) = args.replay {
         return replay::run(&prepared.scene, &settings, id).map(|()| ExitCode::SUCCESS);
+    }
+    if prepared.scene.features.point_lights > 0 && !settings.integrator.estimator.samples_lights() {
+        let name = integrator.text();
+        say(format_args!("warning: point lights stay dark: '{name}' only counts light that a path runs into"));
     }
     if args.verbose {
         let (load, build) = (prepared.load.as_secs_f64(), prepared.build.as_secs_f64());
@@ -48,26 +53,42 @@ pub(super) fn run(args: &RenderArgs) -> Result<ExitCode> {
     drop(display);
     let names =
         Names { integrator: integrator.text(), sampler: args.sampler.text(), threads: pool.current_num_threads() };
-    report(args, &rendered, &say);
+    report(command, &prepared, &rendered, &say);
+    // What cannot be written keeps nothing else from being written.
+    let mut failures = Vec::new();
+    let mut clamped = 0;
     if rendered.samples > 0 {
-        write(args, &prepared, &rendered, &settings, &names, outputs, &say)?;
+        let options = write_options(args, command, &prepared, &rendered, &settings, &names);
+        clamped = write(&rendered.film.develop(), &options, pictures, &say, &mut failures);
     }
-    if let Some(path) = &args.stats {
-        write_stats(path, &Stats::new(&prepared, &rendered, &names))?;
+    if let Some(file) = stats {
+        failures.extend(write_stats(file, &Stats::new(&prepared, &rendered, &names, clamped)).err());
+    }
+    if let Some(last) = failures.pop() {
+        for error in failures {
+            let _ = writeln!(std::io::stderr(), "error: {error}");
+        }
+        return Err(last);
     }
     Ok(if rendered.complete { ExitCode::SUCCESS } else { ExitCode::from(EXIT_INTERRUPTED) })
 }
 
+/// Places for what is to be written.
+struct Outputs {
+    pictures: Vec<OutputFile>,
+    stats: Option<Reserved>,
+}
+
 /// Makes sure, before anything is rendered, that every output can be written.
-fn reserve(args: &RenderArgs) -> Result<Vec<OutputFile>> {
-    if let Some(folder) = args.stats.as_deref().and_then(Path::parent)
-        && !folder.as_os_str().is_empty()
-        && !folder.is_dir()
-    {
-        return Err(Error::file(folder, "cannot write the statistics: this folder does not exist"));
-    }
+fn reserve(args: &RenderArgs) -> Result<Outputs> {
     if args.replay.is_some() {
-        return Ok(Vec::new());
+        return Ok(Outputs { pictures: Vec::new(), stats: None });
+    }
+    if let Some(stats) = &args.stats
+        && let (Ok(stats), Ok(scene)) = (stats.canonicalize(), args.scene.scene.canonicalize())
+        && stats == scene
+    {
+        return Err(Error::file(&stats, "cannot write the statistics: this is the scene"));
     }
     let named_after_scene =
         || vec![PathBuf::from(args.scene.scene.with_extension("exr").file_name().unwrap_or_default())];
@@ -77,7 +98,9 @@ fn reserve(args: &RenderArgs) -> Result<Vec<OutputFile>> {
     if let Some(twice) = all.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(Error::Usage(format!("{} is to be written twice", twice[0].display())));
     }
-    paths.iter().map(|p| OutputFile::reserve(p)).collect()
+    let pictures = paths.iter().map(|p| OutputFile::reserve(p)).collect::<Result<_>>()?;
+    let stats = args.stats.as_deref().map(|p| Reserved::new(p, "the statistics")).transpose()?;
+    Ok(Outputs { pictures, stats })
 }
 
 /// What the file says, with what the arguments change in it.
@@ -89,9 +112,11 @@ fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, Integrat
         IntegratorKind::Direct => IntegratorName::Direct,
     });
     let file_depth = file.max_depth.unwrap_or(u32::MAX);
+    // Light that the file leaves out stays out, whoever estimates the rest.
+    let is_direct = file.kind == IntegratorKind::Direct || name == IntegratorName::Direct;
     let max_depth = match args.max_depth {
         Some(depth) => u32::try_from(depth).unwrap_or(u32::MAX),
-        None if name == IntegratorName::Direct => file_depth.min(DIRECT_DEPTH),
+        None if is_direct => file_depth.min(DIRECT_DEPTH),
         None => file_depth,
     };
     let settings = RenderSettings {
@@ -107,73 +132,106 @@ fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, Integrat
     (settings, name)
 }
 
-fn report(args: &RenderArgs, rendered: &Rendered, say: &dyn Fn(std::fmt::Arguments<'_>)) {
+fn report(command: &str, prepared: &Prepared, rendered: &Rendered, say: &dyn Fn(std::fmt::Arguments<'_>)) {
     let seconds = rendered.time.as_secs_f64();
     let rate = |n: u64| quantity(n as f64 / seconds.max(f64::MIN_POSITIVE));
     let what = if rendered.complete { "rendered" } else { "interrupted after" };
     let (samples, rays) = (rate(rendered.samples), rate(rendered.rays.total()));
     say(format_args!("{what} {seconds:.2} s, {samples}samples/s, {rays}rays/s"));
-    if rendered.dropped.count > 0 {
+    if let Some(c) = prepared.scene.accel.comparison() {
         say(format_args!(
-            "warning: {} samples were not finite and were left out; to see them:",
-            rendered.dropped.count
+            "compared {} rays: {} ties, {} edges, misses {} (Embree) and {} (native), false hits {} and {}",
+            c.rays, c.ties, c.edges, c.embree_misses, c.native_misses, c.embree_false, c.native_false
         ));
-        for s in &rendered.dropped.examples {
-            say(format_args!("  snell render {} --replay {},{},{}", args.scene.scene.display(), s.x, s.y, s.index));
+    }
+    let dropped = &rendered.dropped;
+    if dropped.count > 0 {
+        let kinds = [
+            (dropped.non_finite(), "not finite"),
+            (dropped.oversized, "more than 2^31 times as bright as the brightest light"),
+        ];
+        for (count, what) in kinds.into_iter().filter(|(count, _)| *count > 0) {
+            say(format_args!("warning: {count} samples were {what} and were left out"));
+        }
+        say(format_args!("to see them:"));
+        for s in &dropped.examples {
+            say(format_args!("  {command} --replay {},{},{}", s.x, s.y, s.index));
         }
     }
 }
 
-fn write(
+/// What the files are to say of the render.
+fn write_options(
     args: &RenderArgs,
+    command: &str,
     prepared: &Prepared,
     rendered: &Rendered,
     settings: &RenderSettings,
     names: &Names<'_>,
-    outputs: Vec<OutputFile>,
-    say: &dyn Fn(std::fmt::Arguments<'_>),
-) -> Result<()> {
+) -> WriteOptions {
     let film = prepared.scene.film;
-    let pixels = f64::from(film.crop.width) * f64::from(film.crop.height);
-    let command: Vec<String> = std::env::args().collect();
+    let pixels = film.filter.sampled_area(film.crop, film.sample_border).pixels() as f64;
     let metadata = Metadata {
         numbers: vec![
             ("snell.samples", rendered.samples as f64 / pixels),
             ("snell.seconds", rendered.time.as_secs_f64()),
-            ("snell.seed", settings.sampler.seed as f64),
-            ("snell.nonFiniteSamples", rendered.dropped.count as f64),
+            ("snell.nonFiniteSamples", rendered.dropped.non_finite() as f64),
+            ("snell.oversizedSamples", rendered.dropped.oversized as f64),
         ],
         texts: vec![
             ("snell.version", env!("CARGO_PKG_VERSION").into()),
-            ("snell.command", command.join(" ")),
+            ("snell.command", command.into()),
             ("snell.integrator", names.integrator.into()),
             ("snell.sampler", names.sampler.into()),
+            // As text: not every seed is a number of f64.
+            ("snell.seed", settings.sampler.seed.to_string()),
             ("snell.accelerator", prepared.scene.accel.name()),
             ("snell.bias", "none".into()),
             ("snell.complete", if rendered.complete { "yes" } else { "no" }.into()),
         ],
     };
-    let picture = rendered.film.develop();
-    let options = WriteOptions {
+    WriteOptions {
         full_size: film.size,
         crop: film.crop,
         component_format: film.component_format,
         exposure: args.exposure,
         metadata,
-    };
-    for output in outputs {
-        let path = output.path().to_owned();
-        let clamped = output.write(&picture, &options)?;
-        if clamped > 0 {
-            say(format_args!("warning: {}: {clamped} values were too large for half floats", path.display()));
-        }
-        say(format_args!("wrote {}", path.display()));
     }
-    Ok(())
 }
 
-fn write_stats(path: &Path, stats: &Stats<'_>) -> Result<()> {
-    let mut text = serde_json::to_string_pretty(stats).map_err(|e| Error::file(path, e))?;
-    text.push('\n');
-    crate::image::write_whole(path, text.as_bytes())
+/// Writes every picture that can be written, and adds to `failures` what is wrong with the others. Returns how many values
+/// did not fit their files' type and were clamped.
+fn write(
+    picture: &Picture,
+    options: &WriteOptions,
+    outputs: Vec<OutputFile>,
+    say: &dyn Fn(std::fmt::Arguments<'_>),
+    failures: &mut Vec<Error>,
+) -> u64 {
+    let mut all_clamped = 0;
+    for output in outputs {
+        let path = output.path().to_owned();
+        match output.write(picture, options) {
+            Ok(clamped) => {
+                if clamped > 0 {
+                    let largest = ComponentFormat::MAX_HALF;
+                    let name = path.display();
+                    say(format_args!(
+                        "warning: {name}: {clamped} values were too large for half floats, and are {largest} now"
+                    ));
+                }
+                all_clamped += clamped;
+                say(format_args!("wrote {}", path.display()));
+            }
+            Err(error) => failures.push(error),
+        }
+    }
+    all_clamped
+}
+
+fn write_stats(file: Reserved, stats: &Stats<'_>) -> Result<()> {
+    file.write(|file| {
+        let text = serde_json::to_string_pretty(stats)?;
+        writeln!(file, "{text}")
+    })
 }

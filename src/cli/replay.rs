@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::film::SampleId;
+use crate::image::Crop;
 use crate::integrator::record::Event;
 use crate::render::RenderSettings;
 use crate::scene::Scene;
@@ -11,7 +12,8 @@ use std::io::Write;
 /// Traces sample `id` alone and prints what happens to it. Points and distances are in the file's space.
 pub(super) fn run(scene: &Scene, settings: &RenderSettings, id: SampleId) -> Result<()> {
     let (w, h) = scene.film.size;
-    if id.x >= w || id.y >= h {
+    let whole = Crop { x: 0, y: 0, width: w, height: h };
+    if !scene.film.filter.sampled_area(whole, scene.film.sample_border).contains(id.x, id.y) {
         return Err(Error::Usage(format!(
             "--replay: pixel {},{} is outside the picture, which is {w}x{h}",
             id.x, id.y
@@ -50,6 +52,7 @@ fn describe(scene: &Scene, event: Event) -> String {
         Event::Scattered { throughput, survival } => {
             format!("  goes on with throughput {}, survival {survival}", rgb(throughput))
         }
-        Event::Ended { reason, radiance } => format!("  ends: {reason}; radiance so far {}", rgb(radiance)),
+        Event::Ended { reason } => format!("  ends: {reason}"),
+        Event::Finished { radiance } => format!("radiance {}", rgb(radiance)),
     }
 }

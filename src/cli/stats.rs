@@ -1,6 +1,8 @@
 //! Figures about a finished render, for people and for `--stats`.
 
 use super::prepare::Prepared;
+use crate::accel::Hit;
+use crate::accel::comparison::ComparisonCounts;
 use crate::render::Rendered;
 use crate::scene::Features;
 use serde::Serialize;
@@ -24,12 +26,18 @@ pub(super) struct Stats<'a> {
     /// Part of the threads' time that ray queries took.
     ray_query_share: f64,
     non_finite_samples: u64,
-    non_finite_examples: Vec<[u32; 3]>,
+    oversized_samples: u64,
+    dropped_examples: Vec<[i64; 3]>,
+    /// Pixel values, over all files, that were too large for half floats.
+    clamped_values: u64,
     accelerator_bytes: u64,
     peak_memory_bytes: Option<u64>,
     features: Features,
     #[serde(skip_serializing_if = "Option::is_none")]
-    accelerator_comparison: Option<String>,
+    accelerator_comparison: Option<Comparison>,
+    /// Hits of Embree that exact arithmetic refuted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    embree_false_hits: Option<u64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -37,6 +45,58 @@ struct Rays {
     camera: u64,
     bounce: u64,
     shadow: u64,
+}
+
+/// What comes of tracing every ray with both accelerators.
+#[derive(Debug, Serialize)]
+struct Comparison {
+    rays: u64,
+    ties: u64,
+    edges: u64,
+    embree_misses: u64,
+    native_misses: u64,
+    embree_false: u64,
+    native_false: u64,
+    examples: Vec<Disagreement>,
+}
+
+/// A ray about which the two differ, in the compiled scene's space.
+#[derive(Debug, Serialize)]
+struct Disagreement {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    interval: [f32; 2],
+    /// Whether any hit was asked for, not the closest.
+    any_hit: bool,
+    /// Shape and primitive.
+    embree: Option<[u32; 2]>,
+    native: Option<[u32; 2]>,
+    verdict: String,
+}
+
+impl Comparison {
+    fn new(c: &ComparisonCounts) -> Self {
+        let hit = |hit: Hit| hit.is_some().then_some([hit.shape, hit.primitive]);
+        let examples = c.examples.iter().map(|d| Disagreement {
+            origin: d.ray.o.to_array(),
+            direction: d.ray.d.to_array(),
+            interval: [d.ray.tmin, d.ray.tmax],
+            any_hit: d.any,
+            embree: hit(d.embree),
+            native: hit(d.native),
+            verdict: format!("{:?}", d.verdict),
+        });
+        Self {
+            rays: c.rays,
+            ties: c.ties,
+            edges: c.edges,
+            embree_misses: c.embree_misses,
+            native_misses: c.native_misses,
+            embree_false: c.embree_false,
+            native_false: c.native_false,
+            examples: examples.collect(),
+        }
+    }
 }
 
 /// What the render was asked for, by name.
@@ -47,7 +107,7 @@ pub(super) struct Names<'a> {
 }
 
 impl<'a> Stats<'a> {
-    pub(super) fn new(prepared: &Prepared, rendered: &Rendered, names: &Names<'a>) -> Self {
+    pub(super) fn new(prepared: &Prepared, rendered: &Rendered, names: &Names<'a>, clamped_values: u64) -> Self {
         let seconds = rendered.time.as_secs_f64().max(f64::MIN_POSITIVE);
         let (accel, rays) = (&prepared.scene.accel, rendered.rays);
         Self {
@@ -65,12 +125,20 @@ impl<'a> Stats<'a> {
             ray_query_share: rays.time.as_secs_f64() / (seconds * names.threads as f64),
             rays_per_second: rays.total() as f64 / seconds,
             samples_per_second: rendered.samples as f64 / seconds,
-            non_finite_samples: rendered.dropped.count,
-            non_finite_examples: rendered.dropped.examples.iter().map(|s| [s.x, s.y, s.index]).collect(),
+            non_finite_samples: rendered.dropped.non_finite(),
+            oversized_samples: rendered.dropped.oversized,
+            dropped_examples: rendered
+                .dropped
+                .examples
+                .iter()
+                .map(|s| [s.x.into(), s.y.into(), s.index.into()])
+                .collect(),
+            clamped_values,
             accelerator_bytes: accel.memory_bytes(),
             peak_memory_bytes: peak_memory_bytes(),
             features: prepared.scene.features,
-            accelerator_comparison: accel.comparison().map(|c| format!("{c:?}")),
+            accelerator_comparison: accel.comparison().map(|c| Comparison::new(&c)),
+            embree_false_hits: accel.embree_false_hits(),
         }
     }
 }
