@@ -18,6 +18,19 @@ import numpy as np
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENES = os.path.join(HERE, "..", "..", "..", "scenes")
 
+# Those whose pictures are here.
+NAMES = [
+    "caustic",
+    "cornell-box",
+    "cornell-box-materials",
+    "enclosure",
+    "furnace",
+    "glass",
+    "million",
+    "plates",
+    "shelf",
+]
+
 # Far from the seeds that tests and renders by hand use, so that no picture shares its random numbers with the reference.
 FIRST_SEED = 1_000_000
 
@@ -42,7 +55,7 @@ def main():
     arguments.add_argument("--chunks", type=int, default=256, help="pictures to average, at least 2 (default %(default)s)")
     arguments.add_argument("--spp", type=int, default=256, help="samples per pixel of each (default %(default)s)")
     arguments.add_argument("--res", type=int, default=64, help="width and height (default %(default)s)")
-    arguments.add_argument("scenes", nargs="*", metavar="SCENE", default=["cornell-box", "cornell-box-materials"])
+    arguments.add_argument("scenes", nargs="*", metavar="SCENE", default=NAMES)
     options = arguments.parse_args()
     if options.chunks < 2:
         arguments.error("a variance needs at least 2 chunks")
