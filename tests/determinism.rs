@@ -5,8 +5,10 @@
 mod common;
 
 use common::*;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use snell::accel::Accelerator;
+use snell::description::Filter;
+use snell::description::{Geometry, SceneDescription};
 use snell::integrator::Estimator;
 
 const SCENES: [&str; 3] =
@@ -31,6 +33,28 @@ fn threads_change_no_bit() {
     }
 }
 
+/// With a filter, tiles write into each other; and with a border of samples a crop is still a part of the whole.
+#[test]
+fn threads_and_crops_change_no_bit_under_a_filter() {
+    let crop = snell::image::Crop { x: 3, y: 30, width: 21, height: 18 };
+    for filter in [Filter::DEFAULT, Filter::Lanczos { lobes: 3 }] {
+        let mut description = load(SCENES[1], &[("res", "48")]);
+        let film = &mut description.cameras[0].film;
+        (film.filter, film.sample_border) = (filter, true);
+        let s = file_settings(&description, Estimator::Path, 20);
+        let scene = compiled(&description, Accelerator::Native);
+        let whole = rendered(&scene, &s, 1).film.develop();
+        for threads in [2, 7] {
+            assert_eq!(whole, rendered(&scene, &s, threads).film.develop(), "{filter:?}, {threads} threads");
+        }
+        description.cameras[0].film.crop = crop;
+        let part = picture(&compiled(&description, Accelerator::Native), &s);
+        for (x, y) in (0..crop.height).flat_map(|y| (0..crop.width).map(move |x| (x, y))) {
+            assert_eq!(part.get(x, y), whole.get(x + crop.x, y + crop.y), "{filter:?}, pixel {x}, {y} of the crop");
+        }
+    }
+}
+
 /// Every length of the Cornell boxes times 2^±40: geometry, camera, clip planes.
 #[test]
 fn powers_of_two_change_no_bit() {
@@ -51,6 +75,45 @@ fn powers_of_two_change_no_bit() {
     }
 }
 
+/// A point light among quadrics: every length times 2^k, its intensity times 4^k.
+#[test]
+fn powers_of_two_change_no_bit_of_what_a_point_light_shows() {
+    let description = lit_by_a_point();
+    for accelerator in accelerators() {
+        let s = settings(Estimator::Path, 8);
+        let base = picture(&compiled(&description, accelerator), &s);
+        assert!(mean(&base) > 1e-2, "there is light");
+        for exponent in [-40, -3, 40] {
+            let scaled = transformed(description.clone(), 2f64.powi(exponent), DVec3::ZERO);
+            assert_eq!(base, picture(&compiled(&scaled, accelerator), &s), "2^{exponent}, {accelerator:?}");
+        }
+    }
+}
+
+/// A point light has one way to be found: `path` and `nee` show the same bits, the others nothing.
+#[test]
+fn only_light_sampling_finds_a_point_light() {
+    let scene = compiled(&lit_by_a_point(), Accelerator::Auto);
+    let [path, nee, bsdf, naive] = [Estimator::Path, Estimator::Nee, Estimator::Bsdf, Estimator::Naive]
+        .map(|estimator| picture(&scene, &settings(estimator, 4)));
+    assert_eq!(path, nee);
+    assert!(mean(&bsdf) == 0.0 && mean(&naive) == 0.0);
+}
+
+/// The inside of a closed cylinder with a disk and a sphere in it, lit by a point.
+fn lit_by_a_point() -> SceneDescription {
+    let mut shapes = closed_cylinder(DAffine3::from_scale(DVec3::new(1.5, 1.2, 1.4)), None);
+    shapes.push(shape(
+        Geometry::Sphere { centre: DVec3::new(-0.6, 0.2, -0.4), radius: 0.3, axis: DVec3::Z },
+        DAffine3::IDENTITY,
+        0,
+        None,
+    ));
+    shapes.push(shape(Geometry::Disk, DAffine3::from_scale(DVec3::splat(0.2)), 0, None));
+    let lights = vec![point_light(DVec3::new(0.2, -0.1, 0.9), snell::spectrum::Rgb::new(1.0, 2.0, 3.0))];
+    SceneDescription { shapes, lights, ..enclosure(0.5, 0.0) }
+}
+
 /// A part of the picture is the same bits as that part of the whole.
 #[test]
 fn a_crop_is_a_part_of_the_whole() {
@@ -68,24 +131,25 @@ fn a_crop_is_a_part_of_the_whole() {
 }
 
 /// Native and Embree differ only where a ray had a tie, or where Embree lost a hit that the oracle confirms; every ray of
-/// whole renders is counted.
+/// renders of every own scene is counted.
 #[cfg(feature = "embree")]
 #[test]
 fn accelerators_differ_only_by_ties_and_confirmed_misses() {
-    for path in SCENES {
-        let description = load(path, &[("res", "64")]);
+    for Reference { name, .. } in &REFERENCES {
+        let scratch = tempfile::tempdir().unwrap();
+        let description = load_scene(name, 32, scratch.path());
         let s = file_settings(&description, Estimator::Path, 32);
         let both = compiled(&description, Accelerator::Both);
         let rays = rendered(&both, &s, 2).rays.total();
         let counts = both.accel.comparison().expect("both are compared");
-        println!("{path}: {rays} rays: {counts:?}");
+        println!("{name}: {rays} rays: {counts:?}");
         let unexplained = counts.native_misses + counts.native_false + counts.embree_false;
-        assert_eq!(unexplained, 0, "{path}: {counts:?}");
+        assert_eq!(unexplained, 0, "{name}: {counts:?}");
         let explained = counts.ties + counts.edges + counts.embree_misses;
         let [native, embree] =
             [Accelerator::Native, Accelerator::Embree].map(|a| picture(&compiled(&description, a), &s));
         let different = native.pixels().iter().zip(embree.pixels()).filter(|(a, b)| a != b).count() as u64;
-        println!("{path}: {different} pixels differ");
-        assert!(different <= explained, "{path}: {different} pixels differ, {counts:?}");
+        println!("{name}: {different} pixels differ");
+        assert!(different <= explained, "{name}: {different} pixels differ, {counts:?}");
     }
 }

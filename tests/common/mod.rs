@@ -3,12 +3,22 @@
 #![allow(dead_code, reason = "each test file uses its own part of this")]
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "test code")]
 
+mod estimate;
+#[path = "../../scenes/million/generate.rs"]
+mod million;
+mod references;
+
+#[allow(unused_imports, reason = "each test file uses its own part of this")]
+pub use estimate::{Estimate, Worst};
+#[allow(unused_imports, reason = "each test file uses its own part of this")]
+pub use references::{REFERENCES, RES, Reference, read_reference};
+
 use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
 use snell::description::*;
 use snell::error::Span;
 use snell::image::Picture;
-use snell::integrator::{Estimator, Integrator as Estimate};
+use snell::integrator::Estimator;
 use snell::render::{Progress, RenderSettings, Rendered, render};
 use snell::sampler::{Sampler as Numbers, SamplerKind};
 use snell::scene::Scene;
@@ -41,6 +51,7 @@ pub fn camera(origin: DVec3, target: DVec3, fov: f64, pixels: u32) -> Camera {
         height: pixels,
         crop: Crop { x: 0, y: 0, width: pixels, height: pixels },
         filter: Filter::Box,
+        sample_border: false,
         component_format: ComponentFormat::Float,
     };
     Camera {
@@ -94,6 +105,22 @@ pub fn walls(half: DVec3, emission: f32) -> Vec<Shape> {
         .collect()
 }
 
+/// A point light.
+pub fn point_light(position: DVec3, intensity: Rgb) -> Light {
+    Light { at: at(), kind: LightKind::Point { position, intensity } }
+}
+
+/// The side of a cylinder and the disks that close its ends, under an affine map, fronts inside.
+pub fn closed_cylinder(map: DAffine3, emission: Option<f32>) -> Vec<Shape> {
+    let side = Geometry::Cylinder { p0: DVec3::NEG_Z, p1: DVec3::Z, radius: 1.0 };
+    let end = |z: f64| map * DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
+    let mut side = shape(side, map, 0, emission);
+    side.flip_normals = true;
+    let mut top = shape(Geometry::Disk, end(1.0), 0, emission);
+    top.flip_normals = true;
+    vec![side, shape(Geometry::Disk, end(-1.0), 0, emission), top]
+}
+
 /// A closed room whose walls have this albedo and emit this radiance; a camera inside.
 pub fn enclosure(albedo: f32, emission: f32) -> SceneDescription {
     SceneDescription {
@@ -112,6 +139,12 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
     for s in &mut scene.shapes {
         s.to_world = map * s.to_world;
     }
+    for l in &mut scene.lights {
+        if let LightKind::Point { position, intensity } = &mut l.kind {
+            *position = *position * scale + offset;
+            *intensity = intensity.map(|c| (f64::from(c) * scale * scale) as f32);
+        }
+    }
     for c in &mut scene.cameras {
         c.to_world.translation = c.to_world.translation * scale + offset;
         c.near_clip *= scale;
@@ -129,7 +162,7 @@ pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
     RenderSettings {
         samples,
         sampler: Numbers { kind: SamplerKind::Sobol, seed: 1 },
-        integrator: Estimate { estimator, max_depth: u32::MAX, rr_depth: 5, hide_emitters: false },
+        integrator: snell::integrator::Integrator { estimator, max_depth: u32::MAX, rr_depth: 5, hide_emitters: false },
     }
 }
 
@@ -151,6 +184,20 @@ pub fn mean(picture: &Picture) -> f64 {
     sum / (3 * picture.pixels().len()) as f64
 }
 
+/// The mean of pictures of 16 seeds, and its standard error.
+pub fn mean_of_seeds(scene: &Scene, settings: &RenderSettings) -> (f64, f64) {
+    let means: Vec<f64> = (0..16)
+        .map(|seed| {
+            let mut s = *settings;
+            s.sampler.seed = seed;
+            mean(&picture(scene, &s))
+        })
+        .collect();
+    let n = means.len() as f64;
+    let m = means.iter().sum::<f64>() / n;
+    (m, (means.iter().map(|x| (x - m) * (x - m)).sum::<f64>() / (n - 1.0) / n).sqrt())
+}
+
 /// A file of the project.
 pub fn project(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
@@ -163,63 +210,30 @@ pub fn load(path: &str, defines: &[(&str, &str)]) -> SceneDescription {
     snell::loader::load(&project(path), &options).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
+/// The parameters of an own scene, `res` pixels wide and high. The mesh of `million` is made in `scratch`.
+pub fn scene_parameters(name: &str, res: u32, scratch: &Path) -> Vec<(String, String)> {
+    let mut parameters = vec![("res".to_owned(), res.to_string())];
+    if name == "million" {
+        let mesh = scratch.join("mesh.ply");
+        million::write_mesh(&mesh).expect("the mesh can be written");
+        parameters.push(("mesh".to_owned(), mesh.to_str().expect("a path in UTF-8").to_owned()));
+    }
+    parameters
+}
+
+/// An own scene with these parameters.
+pub fn load_scene(name: &str, res: u32, scratch: &Path) -> SceneDescription {
+    let parameters = scene_parameters(name, res, scratch);
+    let parameters: Vec<(&str, &str)> = parameters.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();
+    let scene = load(&format!("scenes/{name}/scene.xml"), &parameters);
+    assert!(scene.warnings.is_empty(), "{name}: {:?}", scene.warnings);
+    scene
+}
+
 /// The file's own integrator limits, with an estimator of ours.
 pub fn file_settings(scene: &SceneDescription, estimator: Estimator, samples: u32) -> RenderSettings {
     let mut s = settings(estimator, samples);
     s.integrator.max_depth = scene.integrator.max_depth.unwrap_or(u32::MAX);
     s.integrator.rr_depth = scene.integrator.rr_depth;
     s
-}
-
-/// Means over 8×8 pixels and the channels, and the variances of these means, from pictures of independent seeds.
-pub struct Tiles {
-    pub mean: Vec<f64>,
-    pub variance: Vec<f64>,
-}
-
-/// Pixels along the edge of such a tile.
-const TILE: u32 = 8;
-
-/// Means over the tiles of one picture.
-pub fn tile_means(picture: &Picture) -> Vec<f64> {
-    let (across, down) = (picture.width() / TILE, picture.height() / TILE);
-    let tile = |i: u32| {
-        let (x0, y0) = (i % across * TILE, i / across * TILE);
-        let pixels = (0..TILE * TILE).map(|k| picture.get(x0 + k % TILE, y0 + k / TILE));
-        pixels.flat_map(|p| p.to_array()).map(f64::from).sum::<f64>() / f64::from(3 * TILE * TILE)
-    };
-    (0..across * down).map(tile).collect()
-}
-
-impl Tiles {
-    /// From `seeds` renders.
-    pub fn of(scene: &Scene, settings: &RenderSettings, seeds: u64) -> Self {
-        let pictures: Vec<Vec<f64>> = (0..seeds)
-            .map(|seed| {
-                let mut s = *settings;
-                s.sampler.seed = 1000 + seed;
-                tile_means(&picture(scene, &s))
-            })
-            .collect();
-        let n = pictures.len() as f64;
-        let mean: Vec<f64> = (0..pictures[0].len()).map(|i| pictures.iter().map(|p| p[i]).sum::<f64>() / n).collect();
-        let squares = |i: usize| pictures.iter().map(|p| (p[i] - mean[i]) * (p[i] - mean[i])).sum::<f64>();
-        let variance = (0..mean.len()).map(|i| squares(i) / (n - 1.0) / n).collect();
-        Self { mean, variance }
-    }
-
-    /// z of the difference of the picture means, and the largest |z| of any tile.
-    pub fn z_against(&self, other: &Self) -> (f64, f64) {
-        let n = self.mean.len() as f64;
-        let sum = |v: &[f64]| v.iter().sum::<f64>();
-        // Tiles of one picture are independent, so their variances add.
-        let whole = (sum(&self.mean) - sum(&other.mean)) / n;
-        let whole_z = whole / ((sum(&self.variance) + sum(&other.variance)).sqrt() / n);
-        let tile_z = |i: usize| {
-            let v = self.variance[i] + other.variance[i];
-            let d = self.mean[i] - other.mean[i];
-            if d == 0.0 { 0.0 } else { (d / v.sqrt()).abs() }
-        };
-        (whole_z, (0..self.mean.len()).map(tile_z).fold(0.0, f64::max))
-    }
 }
