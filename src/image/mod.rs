@@ -6,10 +6,12 @@ mod filter;
 mod input;
 mod output;
 mod png_file;
+mod raster;
 
 pub use exr_file::Metadata;
 pub use filter::Filter;
 pub use input::{PictureFile, read as read_picture};
+pub use raster::Raster;
 pub use output::{Format, OutputFile, Reserved, WriteOptions};
 
 use crate::spectrum::Rgb;
