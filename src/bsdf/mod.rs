@@ -9,6 +9,7 @@ mod dielectric;
 mod diffuse;
 mod fresnel;
 mod microfacet;
+mod parameter;
 mod rough_conductor;
 mod rough_dielectric;
 
@@ -16,6 +17,7 @@ pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use microfacet::{Distribution, Microfacets};
+pub use parameter::Parameter;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 
@@ -80,6 +82,8 @@ macro_rules! each {
         }
     };
 }
+
+use each;
 
 impl Bsdf {
     /// f(wo, wi)·|cos θi|, in sr⁻¹ (times the cosine), and the density with which [`Self::sample`] finds `wi`; delta lobes
