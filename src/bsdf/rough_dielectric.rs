@@ -26,19 +26,19 @@ pub struct RoughDielectric {
 }
 
 /// One way through the interface.
-struct Crossing {
+pub(super) struct Crossing {
     /// Index beyond relative to that on the side of wo.
-    eta: f32,
+    pub(super) eta: f32,
     /// wo·m, positive.
-    cos_o: f32,
+    pub(super) cos_o: f32,
     /// |wi·m|.
-    cos_i: f32,
+    pub(super) cos_i: f32,
 }
 
 impl Crossing {
     /// d(m)/d(wi) (Walter et al. 2007, equation 17), without the η² of the denser side: |wi·m| / |h|².
     #[inline]
-    fn jacobian(&self) -> f32 {
+    pub(super) fn jacobian(&self) -> f32 {
         // |h| = |cos_o − η·cos_i|, which by Snell's law is |η² − 1| / (cos_o + η·cos_i): no cancellation near η = 1.
         self.cos_i * sqr((self.cos_o + self.eta * self.cos_i) / ((self.eta - 1.0) * (self.eta + 1.0)))
     }
