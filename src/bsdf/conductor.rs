@@ -1,5 +1,6 @@
 //! Smooth metal: a mirror that reflects as Fresnel's equations say.
 
+use super::parameter::{Parameter, not_negative};
 use super::{BsdfSample, Lobes, NOTHING, fresnel};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -20,6 +21,17 @@ pub struct Conductor {
 impl Conductor {
     pub(super) fn lobes(&self) -> Lobes {
         Lobes { smooth: false, delta: true, transmits: false, anisotropic: false }
+    }
+
+    /// Overrides one parameter; whether there is such a one.
+    pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
+        match parameter {
+            Parameter::Eta => self.eta = not_negative(value),
+            Parameter::K => self.k = not_negative(value),
+            Parameter::SpecularReflectance => self.reflectance = not_negative(value),
+            _ => return false,
+        }
+        true
     }
 
     pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {

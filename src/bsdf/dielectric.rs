@@ -1,5 +1,6 @@
 //! A smooth interface between two dielectrics: reflection and refraction by Fresnel's and Snell's laws.
 
+use super::parameter::{Parameter, not_negative};
 use super::{BsdfSample, Lobes, NOTHING, fresnel};
 use crate::math::float::sqr;
 use crate::sampler::BsdfUniforms;
@@ -23,6 +24,18 @@ impl Dielectric {
 
     pub(super) fn lobes(&self) -> Lobes {
         Lobes { smooth: false, delta: true, transmits: true, anisotropic: false }
+    }
+
+    /// Overrides one parameter; whether there is such a one.
+    pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
+        match parameter {
+            Parameter::SpecularReflectance => self.reflectance = not_negative(value),
+            Parameter::SpecularTransmittance => self.transmittance = not_negative(value),
+            // A rough interface without contrast has become a smooth one.
+            Parameter::AlphaU | Parameter::AlphaV => {}
+            _ => return false,
+        }
+        true
     }
 
     pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {

@@ -1,5 +1,6 @@
 //! Lambertian reflection: the same radiance in every direction of the front side.
 
+use super::parameter::{Parameter, not_negative};
 use super::{BsdfSample, Lobes, NOTHING};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -17,6 +18,15 @@ pub struct Diffuse {
 impl Diffuse {
     pub(super) fn lobes(&self) -> Lobes {
         Lobes { smooth: true, delta: false, transmits: false, anisotropic: false }
+    }
+
+    /// Overrides one parameter; whether there is such a one.
+    pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
+        match parameter {
+            Parameter::Reflectance => self.reflectance = not_negative(value),
+            _ => return false,
+        }
+        true
     }
 
     #[inline(always)]

@@ -52,6 +52,18 @@ impl Microfacets {
         Self { distribution, alpha }
     }
 
+    /// Another roughness along the first tangent, at least [`Self::MIN_ALPHA`].
+    #[inline]
+    pub(super) fn set_alpha_u(&mut self, alpha: f32) {
+        self.alpha.x = max(alpha, Self::MIN_ALPHA);
+    }
+
+    /// Another roughness along the second tangent, at least [`Self::MIN_ALPHA`].
+    #[inline]
+    pub(super) fn set_alpha_v(&mut self, alpha: f32) {
+        self.alpha.y = max(alpha, Self::MIN_ALPHA);
+    }
+
     /// Whether it matters where the tangents point.
     pub fn is_anisotropic(&self) -> bool {
         self.alpha.x != self.alpha.y

@@ -7,17 +7,34 @@ mod beckmann;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod disney;
 mod fresnel;
+mod gtr1;
 mod microfacet;
+mod null;
+mod parameter;
+mod plastic;
+mod principled;
+mod principled_thin;
 mod rough_conductor;
 mod rough_dielectric;
+mod rough_plastic;
+mod thin_dielectric;
 
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use disney::Disney;
 pub use microfacet::{Distribution, Microfacets};
+pub use null::Null;
+pub use parameter::Parameter;
+pub use plastic::Plastic;
+pub use principled::Principled;
+pub use principled_thin::PrincipledThin;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use rough_plastic::RoughPlastic;
+pub use thin_dielectric::ThinDielectric;
 
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -37,6 +54,18 @@ pub enum Bsdf {
     Dielectric(Dielectric),
     /// Microfacets of an interface.
     RoughDielectric(RoughDielectric),
+    /// A pane.
+    ThinDielectric(ThinDielectric),
+    /// A diffuse base under a smooth coat.
+    Plastic(Plastic),
+    /// A diffuse base under a rough coat.
+    RoughPlastic(RoughPlastic),
+    /// Burley's blend of all of them.
+    Principled(Principled),
+    /// The same for a sheet.
+    PrincipledThin(PrincipledThin),
+    /// A surface that is not there.
+    Null(Null),
 }
 
 /// Value and density of a direction that a bsdf cannot scatter to.
@@ -77,9 +106,17 @@ macro_rules! each {
             Bsdf::RoughConductor($b) => $e,
             Bsdf::Dielectric($b) => $e,
             Bsdf::RoughDielectric($b) => $e,
+            Bsdf::ThinDielectric($b) => $e,
+            Bsdf::Plastic($b) => $e,
+            Bsdf::RoughPlastic($b) => $e,
+            Bsdf::Principled($b) => $e,
+            Bsdf::PrincipledThin($b) => $e,
+            Bsdf::Null($b) => $e,
         }
     };
 }
+
+use each;
 
 impl Bsdf {
     /// f(wo, wi)·|cos θi|, in sr⁻¹ (times the cosine), and the density with which [`Self::sample`] finds `wi`; delta lobes

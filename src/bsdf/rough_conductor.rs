@@ -2,6 +2,7 @@
 //! f = F·D·G / (4·cos θo·cos θi).
 
 use super::microfacet::Microfacets;
+use super::parameter::{Parameter, not_negative, scalar};
 use super::{BsdfSample, Lobes, NOTHING, fresnel};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -25,6 +26,19 @@ impl RoughConductor {
 
     pub(super) fn lobes(&self) -> Lobes {
         Lobes { smooth: true, delta: false, transmits: false, anisotropic: self.facets.is_anisotropic() }
+    }
+
+    /// Overrides one parameter; whether there is such a one.
+    pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
+        match parameter {
+            Parameter::AlphaU => self.facets.set_alpha_u(scalar(value)),
+            Parameter::AlphaV => self.facets.set_alpha_v(scalar(value)),
+            Parameter::Eta => self.eta = not_negative(value),
+            Parameter::K => self.k = not_negative(value),
+            Parameter::SpecularReflectance => self.reflectance = not_negative(value),
+            _ => return false,
+        }
+        true
     }
 
     #[inline]

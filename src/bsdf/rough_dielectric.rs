@@ -8,8 +8,9 @@
 //! reflection  f·|cos θi| = R·F·D·G / (4·|cos θo|), refraction  f·|cos θi| = T·(1−F)·D·G·|wo·m|·|wi·m| / (|cos θo|·|h|²).
 
 use super::microfacet::{Microfacets, View};
+use super::parameter::{Parameter, not_negative, scalar};
 use super::{Bsdf, BsdfSample, Dielectric, Lobes, NOTHING, fresnel};
-use crate::math::float::{min, sqr};
+use crate::math::float::{max, min, sqr};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::spectrum::Rgb;
@@ -25,19 +26,19 @@ pub struct RoughDielectric {
 }
 
 /// One way through the interface.
-struct Crossing {
+pub(super) struct Crossing {
     /// Index beyond relative to that on the side of wo.
-    eta: f32,
+    pub(super) eta: f32,
     /// wo·m, positive.
-    cos_o: f32,
+    pub(super) cos_o: f32,
     /// |wi·m|.
-    cos_i: f32,
+    pub(super) cos_i: f32,
 }
 
 impl Crossing {
     /// d(m)/d(wi) (Walter et al. 2007, equation 17), without the η² of the denser side: |wi·m| / |h|².
     #[inline]
-    fn jacobian(&self) -> f32 {
+    pub(super) fn jacobian(&self) -> f32 {
         // |h| = |cos_o − η·cos_i|, which by Snell's law is |η² − 1| / (cos_o + η·cos_i): no cancellation near η = 1.
         self.cos_i * sqr((self.cos_o + self.eta * self.cos_i) / ((self.eta - 1.0) * (self.eta + 1.0)))
     }
@@ -59,6 +60,25 @@ impl RoughDielectric {
 
     pub(super) fn lobes(&self) -> Lobes {
         Lobes { smooth: true, delta: false, transmits: true, anisotropic: self.facets.is_anisotropic() }
+    }
+
+    /// Overrides one parameter; whether there is such a one.
+    pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
+        match parameter {
+            Parameter::AlphaU => self.facets.set_alpha_u(self.wide_enough(scalar(value))),
+            Parameter::AlphaV => self.facets.set_alpha_v(self.wide_enough(scalar(value))),
+            Parameter::SpecularReflectance => self.reflectance = not_negative(value),
+            Parameter::SpecularTransmittance => self.transmittance = not_negative(value),
+            _ => return false,
+        }
+        true
+    }
+
+    /// A roughness, or the smallest one whose lobe is no narrower than [`Self::NARROWEST_LOBE`]; that is below 1, as what
+    /// has less contrast is no rough interface.
+    #[inline]
+    fn wide_enough(&self, alpha: f32) -> f32 {
+        max(alpha, Self::NARROWEST_LOBE / (self.eta - 1.0).abs())
     }
 
     /// Index beyond the interface relative to that on the side of `w`.

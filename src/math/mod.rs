@@ -3,4 +3,5 @@
 pub mod bounds;
 pub mod float;
 pub mod frame;
+pub mod quadrature;
 pub mod ray;

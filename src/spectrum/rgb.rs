@@ -41,6 +41,12 @@ impl Rgb {
         self.0.max_element()
     }
 
+    /// The mean of the channels.
+    #[inline]
+    pub fn mean(self) -> f32 {
+        self.0.element_sum() / 3.0
+    }
+
     /// Whether no channel is NaN or infinite.
     #[inline]
     pub fn is_finite(self) -> bool {
