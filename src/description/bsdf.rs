@@ -26,10 +26,40 @@ pub enum Parameter {
     SpecularReflectance,
     /// `specular_transmittance`.
     SpecularTransmittance,
+    /// `diffuse_reflectance`.
+    DiffuseReflectance,
     /// `alpha_u`.
     AlphaU,
     /// `alpha_v`.
     AlphaV,
+    /// `eta`.
+    Eta,
+    /// `k`.
+    K,
+    /// `base_color`.
+    BaseColor,
+    /// `roughness`.
+    Roughness,
+    /// `anisotropic`.
+    Anisotropic,
+    /// `metallic`.
+    Metallic,
+    /// `spec_trans`.
+    SpecTrans,
+    /// `spec_tint`.
+    SpecTint,
+    /// `sheen`.
+    Sheen,
+    /// `sheen_tint`.
+    SheenTint,
+    /// `flatness`.
+    Flatness,
+    /// `clearcoat`.
+    Clearcoat,
+    /// `clearcoat_gloss`.
+    ClearcoatGloss,
+    /// `diff_trans`.
+    DiffTrans,
 }
 
 /// A number of a bsdf that may vary over a surface.
@@ -159,6 +189,18 @@ impl SurfaceNeeds {
 }
 
 impl Bsdf {
+    /// Whether it lets light through. `bsdfs` are those that it may refer to.
+    pub fn transmits(&self, bsdfs: &[Self]) -> bool {
+        let of = |id: &BsdfId| bsdfs[id.0].transmits(bsdfs);
+        match &self.kind {
+            BsdfKind::Dielectric { .. } | BsdfKind::RoughDielectric { .. } | BsdfKind::Mask { .. } => true,
+            BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } | BsdfKind::RoughConductor { .. } => false,
+            BsdfKind::TwoSided { front, back } => of(front) || of(back),
+            BsdfKind::Blend { first, second, .. } => of(first) || of(second),
+            BsdfKind::Perturbed { nested, .. } => of(nested),
+        }
+    }
+
     /// What a surface must know of itself for this bsdf. `bsdfs` and `textures` are those that it may refer to.
     pub fn needs(&self, bsdfs: &[Self], textures: &[Texture]) -> SurfaceNeeds {
         let of = |id: &BsdfId| bsdfs[id.0].needs(bsdfs, textures);
@@ -182,6 +224,8 @@ impl Bsdf {
                 SurfaceNeeds::default()
             }
         };
+        let anisotropic = self.varying.iter().any(|(p, _)| *p == Parameter::Anisotropic);
+        let own = own.or(SurfaceNeeds { uvs: false, tangents: anisotropic });
         self.varying.iter().fold(own, |needs, (_, id)| needs.or(texture(*id)))
     }
 }

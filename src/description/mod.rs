@@ -6,15 +6,13 @@
 mod bsdf;
 mod texture;
 
-pub use bsdf::{
-    Bsdf, BsdfKind, Microfacets, MicrofacetDistribution, NormalSource, Parameter, SurfaceNeeds, Varying,
-};
+pub use bsdf::{Bsdf, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, SurfaceNeeds, Varying};
 pub use texture::{Texture, TextureKind, Wrap};
 
 use crate::error::Span;
 pub use crate::image::{ComponentFormat, Crop, Filter};
 use crate::spectrum::Rgb;
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
 /// A whole scene file.
@@ -210,8 +208,8 @@ pub enum Geometry {
         centre: DVec3,
         /// Its radius, positive.
         radius: f64,
-        /// Unit vector to its pole: u runs around it.
-        axis: DVec3,
+        /// Its own axes, of unit length: z leads to its pole, and u is 0 towards x.
+        frame: DMat3,
     },
 }
 

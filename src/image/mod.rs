@@ -11,8 +11,8 @@ mod raster;
 pub use exr_file::Metadata;
 pub use filter::Filter;
 pub use input::{PictureFile, read as read_picture};
-pub use raster::Raster;
 pub use output::{Format, OutputFile, Reserved, WriteOptions};
+pub use raster::Raster;
 
 use crate::spectrum::Rgb;
 

@@ -57,9 +57,10 @@ impl Raster {
     pub fn decode(bytes: &[u8], named: Option<ImageFormat>, raw: bool) -> std::result::Result<Self, String> {
         let format = image::guess_format(bytes).ok().or(named).ok_or("its format is not known")?;
         match format {
-            ImageFormat::OpenExr => read_exr_layers(bytes)?.iter().find_map(Self::of_layer).ok_or_else(|| {
-                "it has neither channels R, G, B nor Y".into()
-            }),
+            ImageFormat::OpenExr => read_exr_layers(bytes)?
+                .iter()
+                .find_map(Self::of_layer)
+                .ok_or_else(|| "it has neither channels R, G, B nor Y".into()),
             ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Hdr => {
                 let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
                 reader.limits(Self::limits());
@@ -120,7 +121,12 @@ impl Raster {
         } else {
             let mut floats = vec![0.0; pixels * channels.len()];
             for (c, channel) in channels.iter().enumerate() {
-                floats.iter_mut().skip(c).step_by(channels.len()).zip(channel.values_as_f32()).for_each(|(f, v)| *f = v);
+                floats
+                    .iter_mut()
+                    .skip(c)
+                    .step_by(channels.len())
+                    .zip(channel.values_as_f32())
+                    .for_each(|(f, v)| *f = v);
             }
             Samples::Float(floats)
         };
@@ -134,9 +140,8 @@ impl Raster {
             Samples::Half(_) | Samples::Float(_) => None,
         };
         let decode = |v: f64| if raw { v } else { srgb_to_linear(v) };
-        let colour_of = most.map_or(Vec::new(), |most| {
-            (0..=most).map(|v| decode(f64::from(v) / f64::from(most)) as f32).collect()
-        });
+        let colour_of =
+            most.map_or(Vec::new(), |most| (0..=most).map(|v| decode(f64::from(v) / f64::from(most)) as f32).collect());
         Self { width, height, channels, samples, colour_of }
     }
 

@@ -4,6 +4,7 @@ use super::layer::{Layer, Perturbation};
 use crate::bsdf::{Bsdf, Parameter};
 use crate::math::float::sqr;
 use crate::math::frame::Frame;
+use crate::spectrum::Rgb;
 use crate::texture::{TexturePoint, Textures};
 use glam::{Vec2, Vec3};
 
@@ -145,7 +146,8 @@ impl Resolver<'_> {
             Node::Leaf { bsdf, varying } => {
                 let mut bsdf = bsdf.clone();
                 for &(parameter, texture) in varying {
-                    bsdf.set(parameter, self.textures.colour(texture, &self.place.point));
+                    let colour = self.textures.colour(texture, &self.place.point);
+                    bsdf.set(parameter, if parameter.is_colour() { colour } else { Rgb::splat(colour.luminance()) });
                 }
                 self.layers.push(Layer { weight, bsdf, perturbation });
             }
