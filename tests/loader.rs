@@ -338,7 +338,7 @@ fn definitions_replace_defaults_and_must_be_used() {
 #[test]
 fn the_lenient_get_warnings() {
     let body = r#"<shape type="sphere" colour="red"><float name="raduis" value="1"/>
-        <bsdf type="roughconductor"><texture type="bitmap" name="alpha"/></bsdf></shape>"#;
+        <bsdf type="diffuse"><texture type="volume" name="reflectance"/></bsdf></shape>"#;
     assert!(load_text(body, &LoadOptions::default()).is_err());
     let s = load_text(body, &LoadOptions { lenient: true, ..Default::default() }).unwrap();
     assert_eq!(s.warnings.len(), 3, "{:#?}", s.warnings);

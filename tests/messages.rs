@@ -97,6 +97,10 @@ fn wrong_parameters_are_refused() {
             "texture 'uniform' needs the parameter 'value' (a <float>)",
         ),
         (
+            reflectance(r#"<texture name="reflectance" type="rawconstant"/>"#),
+            "texture 'rawconstant' needs the parameter 'value' (a <float> or <vector>)",
+        ),
+        (
             reflectance(r#"<texture name="reflectance" type="srgb"/>"#),
             "texture 'srgb' needs the parameter 'color' (an <rgb>)",
         ),
@@ -267,6 +271,10 @@ fn what_is_odd_but_not_wrong_is_warned_of() {
     let rows = [
         (format!("{BALL} words"), "text between elements is ignored"),
         (
+            ball(r#"<bsdf type="mask"><float name="opacity" value="2"/><bsdf type="diffuse"/></bsdf>"#),
+            "'opacity' is clamped to between 0 and 1",
+        ),
+        (
             r#"<shape type="rectangle"><transform name="to_world"><rotate angle="9" x="2" y="2"/></transform></shape>"#
                 .into(),
             "the rotation axis is not of unit length and is not normalised, as in Mitsuba",
@@ -322,17 +330,9 @@ fn what_is_approximated_is_named() {
             "one sample instead",
         ),
         (
-            scene_with(&ball(r#"<bsdf type="diffuse"><texture name="reflectance" type="checkerboard"/></bsdf>"#)),
-            "texture plugin 'checkerboard'",
+            scene_with(&ball(r#"<bsdf type="diffuse"><texture name="reflectance" type="volume"/></bsdf>"#)),
+            "texture plugin 'volume'",
             "a uniform grey instead",
-        ),
-        (
-            scene_with(&ball(
-                r#"<bsdf type="roughconductor"><string name="distribution" value="ggx"/>
-                <texture name="alpha" type="checkerboard"/></bsdf>"#,
-            )),
-            "a texture as roughness is not supported yet; write a <float>",
-            "the default roughness instead",
         ),
     ];
     for (text, what, instead) in rows {
