@@ -74,6 +74,12 @@ fn adjust_film(description: &mut SceneDescription, args: &SceneArgs) -> Result<(
     check_memory(crate::film::Film::bytes(Area::from(film.crop).pixels()))
 }
 
+/// An error if the sums of the scene's film, with so many bytes a pixel beside radiance, are more than there is memory for.
+pub(super) fn check_film(scene: &Scene, beside: u64) -> Result<()> {
+    let pixels = Area::from(scene.film.crop).pixels();
+    check_memory(crate::film::Film::bytes(pixels) + pixels * beside)
+}
+
 /// An error if the system says already now that it will not give so many bytes for the film, rather than in the middle of
 /// the render.
 fn check_memory(bytes: u64) -> Result<()> {

@@ -3,8 +3,12 @@
 //! Loaders make it, [`crate::scene::compile`] reads it; neither Embree nor a bsdf is known here. Colours are already
 //! linear sRGB; everything with a length in it is in the file's units; angles are in degrees where the field says so.
 
+mod aov;
+
+pub use aov::{Aov, AovKind};
+
 use crate::error::Span;
-pub use crate::image::{ComponentFormat, Crop, Filter};
+pub use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::spectrum::Rgb;
 use glam::{DAffine3, DVec2, DVec3};
 use std::sync::Arc;
@@ -42,6 +46,8 @@ pub struct Integrator {
     pub rr_depth: u32,
     /// Whether emitters are invisible to camera rays.
     pub hide_emitters: bool,
+    /// What goes into channels beside those of the picture.
+    pub aovs: Vec<Aov>,
 }
 
 /// Estimators that a scene file can ask for.
@@ -55,7 +61,7 @@ pub enum IntegratorKind {
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
+        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false, aovs: Vec::new() }
     }
 }
 
@@ -116,6 +122,8 @@ pub struct Film {
     pub sample_border: bool,
     /// Type of a stored pixel value.
     pub component_format: ComponentFormat,
+    /// What the stored channels are.
+    pub pixel_format: PixelFormat,
 }
 
 impl Film {

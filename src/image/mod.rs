@@ -4,12 +4,14 @@ pub mod compare;
 mod exr_file;
 mod filter;
 mod input;
+mod layers;
 mod output;
 mod png_file;
 
 pub use exr_file::Metadata;
 pub use filter::Filter;
 pub use input::{PictureFile, read as read_picture};
+pub use layers::{Layers, PixelFormat, Plane, PlaneValues};
 pub use output::{Format, OutputFile, Reserved, WriteOptions};
 
 use crate::spectrum::Rgb;

@@ -29,7 +29,7 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
     };
     let root = Params::new(document, 0);
     let integrator = match root.child(Category::Integrator)? {
-        Some((id, _)) => plugins::integrator::integrator(&mut b, id)?,
+        Some((id, _)) => plugins::integrator::integrator(&mut b, id, 0)?,
         None => Integrator::default(),
     };
     let mut cameras = Vec::new();

@@ -18,14 +18,15 @@ pub use surface::Surface;
 use crate::accel::{Accel, Hit};
 use crate::bsdf::Material;
 use crate::camera::Perspective;
-use crate::image::{ComponentFormat, Crop, Filter};
+use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::light::{Light, UniformLightSampler};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use crate::shape::offset::SurfacePoint;
 use crate::shape::tangent::TangentField;
-use glam::{DVec3, Vec3};
+use crate::shape::uv::Parametrisation;
+use glam::{DVec2, DVec3, Vec3};
 
 /// The picture that the scene's camera takes.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +41,8 @@ pub struct FilmSettings {
     pub sample_border: bool,
     /// Type of an EXR's values.
     pub component_format: ComponentFormat,
+    /// What a file's channels are.
+    pub pixel_format: PixelFormat,
 }
 
 /// What a shape looks like.
@@ -63,6 +66,8 @@ pub struct Scene {
     pub film: FilmSettings,
     /// Every shape.
     pub shapes: Vec<Shape>,
+    /// How texture coordinates lie on each shape.
+    pub parametrisations: Vec<Parametrisation>,
     /// What each shape looks like.
     pub appearances: Vec<Appearance>,
     /// Every surface description in use.
@@ -107,6 +112,11 @@ impl Scene {
     #[inline(never)]
     fn anisotropic_frame(&self, field: u32, primitive: u32, n: Vec3, at: SurfacePoint) -> Frame {
         Frame::from_tangent(n, self.tangents[field as usize].at(primitive, &at))
+    }
+
+    /// Texture coordinates where `ray` meets a surface.
+    pub fn uv(&self, ray: &Ray, hit: Hit) -> DVec2 {
+        self.shapes[hit.shape as usize].uv(self.parametrisations[hit.shape as usize], ray, hit.primitive)
     }
 
     /// The largest radiance that any light emits, in its largest channel; of a light without size, one of the order

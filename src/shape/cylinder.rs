@@ -74,9 +74,16 @@ impl Cylinder {
     /// Where a ray that an accelerator says meets the cylinder meets it.
     #[inline]
     pub fn meet(&self, ray: &Ray) -> ShapePoint {
+        let q = self.coordinates_of(ray);
+        self.point(q.truncate(), q.z)
+    }
+
+    /// The same in the cylinder's own space: (x, y, z) of x² + y² = 1, up to rounding, and 0 ≤ z ≤ 1.
+    #[inline]
+    pub(super) fn coordinates_of(&self, ray: &Ray) -> DVec3 {
         let local = self.localize(ray);
         let q = local.o + self.resolve(ray) * local.d;
-        self.point(q.truncate(), q.z.clamp(0.0, 1.0))
+        DVec3::new(q.x, q.y, q.z.clamp(0.0, 1.0))
     }
 
     /// The point at height z, in 0..1, in the direction `xy` of the cross section's own plane, not zero, of any length.

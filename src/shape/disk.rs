@@ -72,6 +72,11 @@ impl Disk {
         DVec2::new(q.dot(self.dual_u), q.dot(self.dual_v))
     }
 
+    /// (a, b) where a ray that an accelerator says meets the disk meets it.
+    pub(super) fn coordinates_of(&self, ray: &Ray) -> DVec2 {
+        self.coordinates(ray, self.resolve(ray))
+    }
+
     /// Where a ray that an accelerator says meets the disk meets it.
     #[inline]
     pub fn meet(&self, ray: &Ray) -> ShapePoint {

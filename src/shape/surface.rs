@@ -40,10 +40,7 @@ impl Shape {
     fn meet_quadric(&self, ray: &Ray) -> ShapePoint {
         match self {
             Self::Mesh(_) => unreachable!("a mesh is no quadric"),
-            Self::Sphere(sphere) => {
-                let t = sphere.resolve(ray);
-                sphere.point(ray.o.as_dvec3() + t * ray.d.as_dvec3() - sphere.centre.as_dvec3())
-            }
+            Self::Sphere(sphere) => sphere.meet(ray),
             Self::Disk(disk) => disk.meet(ray),
             Self::Cylinder(cylinder) => cylinder.meet(ray),
         }
@@ -55,12 +52,21 @@ impl TriangleMesh {
     #[inline(always)]
     pub(crate) fn meet(&self, ray: &Ray, face: u32) -> ShapePoint {
         let triangle = self.corner(face);
-        let b = triangle::barycentrics(ray, &triangle);
-        let b = b.unwrap_or_else(|| {
+        let b = self.meet_corner(ray, face, &triangle);
+        self.at(face, &triangle, b)
+    }
+
+    /// Barycentric coordinates of the point where `ray` meets triangle `face`.
+    pub fn barycentrics(&self, ray: &Ray, face: u32) -> [f64; 3] {
+        self.meet_corner(ray, face, &self.corner(face))
+    }
+
+    #[inline(always)]
+    fn meet_corner(&self, ray: &Ray, face: u32, triangle: &Corner) -> [f64; 3] {
+        triangle::barycentrics(ray, triangle).unwrap_or_else(|| {
             let [v0, v1, v2] = self.triangle(face);
             triangle::resolve(ray, v0, v1, v2).b
-        });
-        self.at(face, &triangle, b)
+        })
     }
 
     /// The point of triangle `face` with these barycentric coordinates.
@@ -107,6 +113,13 @@ impl TriangleMesh {
 }
 
 impl Sphere {
+    /// Where a ray that an accelerator says meets the sphere meets it.
+    #[inline]
+    pub(super) fn meet(&self, ray: &Ray) -> ShapePoint {
+        let t = self.resolve(ray);
+        self.point(ray.o.as_dvec3() + t * ray.d.as_dvec3() - self.centre.as_dvec3())
+    }
+
     /// The point of the sphere in direction `from_centre`, not zero, of any length.
     #[inline]
     pub fn point(&self, from_centre: DVec3) -> ShapePoint {

@@ -53,6 +53,7 @@ pub fn camera(origin: DVec3, target: DVec3, fov: f64, pixels: u32) -> Camera {
         filter: Filter::Box,
         sample_border: false,
         component_format: ComponentFormat::Float,
+        pixel_format: PixelFormat::Rgb,
     };
     Camera {
         at: at(),
@@ -162,7 +163,13 @@ pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
     RenderSettings {
         samples,
         sampler: Numbers { kind: SamplerKind::Sobol, seed: 1 },
-        integrator: snell::integrator::Integrator { estimator, max_depth: u32::MAX, rr_depth: 5, hide_emitters: false },
+        integrator: snell::integrator::Integrator {
+            estimator,
+            max_depth: u32::MAX,
+            rr_depth: 5,
+            hide_emitters: false,
+            hide_environment: false,
+        },
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod geometry;
 mod look;
+mod parametrisation;
 mod tangents;
 
 use super::space::ToScene;
@@ -79,10 +80,12 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         filter: camera.film.filter,
         sample_border: camera.film.sample_border,
         component_format: camera.film.component_format,
+        pixel_format: camera.film.pixel_format,
     };
     let scene = Scene {
         camera: compile_camera(camera, &to_scene)?,
         film,
+        parametrisations: kept.iter().map(|&i| parametrisation::of(&description.shapes[i])).collect(),
         shapes,
         appearances: look.appearances,
         materials: look.materials,
