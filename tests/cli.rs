@@ -284,7 +284,10 @@ fn bad_arguments_are_refused() {
 fn values_of_arguments_say_what_they_should_be() {
     let desk = Desk::new();
     let rows: [(&[&str], &str); 11] = [
-        (&["render", SCENE, "--aov=albedo,colour"], "expected some of albedo, normal, shading_normal, depth, position"),
+        (
+            &["render", SCENE, "--aov=albedo,colour"],
+            "expected some of albedo, normal, shading_normal, depth, position, uv, primitive, shape, material, samples, separated by commas",
+        ),
         (&["render", SCENE, "--aov=error"], "the error of a pixel cannot be estimated yet"),
         (&["render", SCENE, "--env-visible=maybe"], "invalid value 'maybe'"),
         (&["render", SCENE, "-Dres"], "expected NAME=VALUE"),
