@@ -164,6 +164,14 @@ fn pixel_formats_are_the_films() {
         let (grey, alpha) = (format.starts_with("lum"), format.ends_with('a'));
         assert_eq!(png.color().channel_count(), if grey { 1 } else { 3 } + u8::from(alpha), "{format}");
     }
+    // Mitsuba's `path` counts a sky that is seen, its `direct` does not.
+    for (integrator, alpha) in [("path", 1.0), ("direct", 0.0)] {
+        let beside = format!(r#"{white}<integrator type="{integrator}"/>"#);
+        fs::write(desk.path("sky.xml"), ball(r#"<string name="pixel_format" value="rgba"/>"#, &beside)).unwrap();
+        desk.succeeds(&["render", "sky.xml", "--spp=1", "-q", "-oa.exr"]);
+        let image = read(&desk, "a.exr");
+        assert_eq!((channel(&image, "R")[0], channel(&image, "A")[0], channel(&image, "A")[36]), (1.0, alpha, 1.0));
+    }
     desk.refuses(&["render", "scene.xml", "--aov=depth"], &["two channels of the picture would be called 'Z'"]);
 }
 
