@@ -309,6 +309,32 @@ fn without_depth_there_are_still_surfaces() {
     assert!(black.develop().pixels().iter().all(|p| p.is_black()));
 }
 
+/// Clear glass loses nothing, whichever way each sample goes; a mirror's albedo is its factor where Fresnel's is 1.
+#[test]
+fn albedo_of_what_is_not_diffuse() {
+    let white = snell::spectrum::Rgb::WHITE;
+    let glass =
+        BsdfKind::Dielectric { int_ior: 1.5, ext_ior: 1.0, specular_reflectance: white, specular_transmittance: white };
+    let mirror = BsdfKind::Conductor {
+        eta: snell::spectrum::Rgb::BLACK,
+        k: white,
+        specular_reflectance: snell::spectrum::Rgb::splat(0.75),
+    };
+    for (kind, expected) in [(glass, 1.0), (mirror, 0.75)] {
+        let sphere = Geometry::Sphere { centre: DVec3::ZERO, radius: 1.0, axis: DVec3::Z };
+        let ball = shape(sphere, DAffine3::IDENTITY, 0, None);
+        let mut description = alone(camera(DVec3::Z * 5.0, DVec3::ZERO, 10.0, 8), vec![ball]);
+        description.bsdfs[0].kind = kind;
+        let (scene, aovs) = (compiled(&description, Accelerator::Native), everything());
+        let film = film(&scene, &settings(Estimator::Path, 32), &aovs, 2);
+        for albedo in means(&scene, &film, &aovs, Quantity::Albedo, false).concat() {
+            // The weight's few roundings in f32.
+            assert!((albedo - expected).abs() <= 4.0 * f64::from(f32::EPSILON), "{albedo}, not {expected}");
+        }
+        assert!(means(&scene, &film, &aovs, Quantity::DiffuseReflectance, false).concat().iter().all(|v| *v == 0.0));
+    }
+}
+
 /// Alpha is what is covered: by surfaces and by a sky, unless the camera does not see that.
 #[test]
 fn alpha_counts_what_is_seen() {

@@ -175,7 +175,7 @@ fn pixel_formats_are_the_films() {
     desk.refuses(&["render", "scene.xml", "--aov=depth"], &["two channels of the picture would be called 'Z'"]);
 }
 
-/// Half of the light comes from behind: what is not covered is black and transparent, and PNG has colours undivided.
+/// What is not covered is black and transparent, what is covered stays as it was, and PNG has colours divided by alpha.
 #[test]
 fn a_hidden_sky_leaves_alpha() {
     let desk = Desk::new();
