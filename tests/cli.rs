@@ -262,6 +262,11 @@ fn bad_arguments_are_refused() {
     desk.refuses(&["render", SCENE, "-Dnonsense=1"], &["nonsense"]);
     desk.refuses(&["render", SCENE, "-o", "a.exr", "-o", "a.exr"], &["a.exr is to be written twice"]);
     desk.refuses(&["render", SCENE, "-o", "a.exr", "--stats", "a.exr"], &["a.exr", "twice"]);
+    desk.refuses(
+        &["render", SCENE, "-o", "a.png", "--aov=depth"],
+        &["--aov needs an output whose name ends in .exr: no other can hold its channels"],
+    );
+    desk.refuses(&["render", SCENE, "--aov=depth,uv,depth"], &["two channels of the picture would be called 'Z'"]);
     for wrong in [
         &["render"][..],
         &["render", SCENE, "--spp", "0"],
@@ -278,7 +283,13 @@ fn bad_arguments_are_refused() {
 #[test]
 fn values_of_arguments_say_what_they_should_be() {
     let desk = Desk::new();
-    let rows: [(&[&str], &str); 8] = [
+    let rows: [(&[&str], &str); 11] = [
+        (
+            &["render", SCENE, "--aov=albedo,colour"],
+            "expected some of albedo, normal, shading_normal, depth, position, uv, primitive, shape, material, samples, separated by commas",
+        ),
+        (&["render", SCENE, "--aov=error"], "the error of a pixel cannot be estimated yet"),
+        (&["render", SCENE, "--env-visible=maybe"], "invalid value 'maybe'"),
         (&["render", SCENE, "-Dres"], "expected NAME=VALUE"),
         (&["render", SCENE, "--size=0x9"], "expected WIDTHxHEIGHT in pixels, for example 640x480"),
         (&["render", SCENE, "--crop=1,2,3"], "expected X,Y,WIDTH,HEIGHT in pixels, for example 10,20,64,64"),

@@ -79,6 +79,171 @@ fn half_floats_are_clamped_and_counted() {
     assert_eq!(values(&read(&desk, "float.exr")).concat(), [131_008.0; 192]);
 }
 
+/// A ball before nothing, with something in the film and around it.
+fn ball(film: &str, beside: &str) -> String {
+    let whole = r#"<film type="hdrfilm">"#;
+    scene_text(&format!(r#"<shape type="sphere"><point name="center" value="0 0 4"/></shape>{beside}"#))
+        .replace(whole, &format!(r#"{whole}<string name="component_format" value="float32"/>{film}"#))
+}
+
+/// Names of the channels with their types, in the order of the file.
+fn channels(image: &FlatImage) -> Vec<(String, char)> {
+    let kind = |samples: &FlatSamples| match samples {
+        FlatSamples::F16(_) => 'h',
+        FlatSamples::F32(_) => 'f',
+        FlatSamples::U32(_) => 'u',
+    };
+    image.layer_data[0].channel_data.list.iter().map(|c| (c.name.to_string(), kind(&c.sample_data))).collect()
+}
+
+fn channel(image: &FlatImage, name: &str) -> Vec<f32> {
+    let found = image.layer_data[0].channel_data.list.iter().find(|c| c.name.eq(name));
+    found.unwrap_or_else(|| panic!("no channel {name}")).sample_data.values_as_f32().collect()
+}
+
+#[test]
+fn aovs_are_channels_of_one_file() {
+    let desk = Desk::new();
+    let all = "--aov=albedo,normal,shading_normal,depth,position,uv,primitive,shape,material,samples";
+    desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=3", "-q", all, "-o", "a.exr", "-o", "a.png"]);
+    desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=3", "-q", "-o", "plain.exr"]);
+    let (image, plain) = (read(&desk, "a.exr"), read(&desk, "plain.exr"));
+    let own = channels(&plain)[0].1;
+    let expected = "B G N.X N.Y N.Z Ns.X Ns.Y Ns.Z P.X P.Y P.Z R Z albedo.B albedo.G albedo.R material primitive \
+                    samples shape uv.U uv.V";
+    let expected = expected.split_whitespace().map(|name| {
+        let is_whole = ["material", "primitive", "samples", "shape"].contains(&name);
+        let is_colour = ["R", "G", "B"].contains(&name) || name.starts_with("albedo");
+        (
+            name.to_owned(),
+            if is_whole {
+                'u'
+            } else if is_colour {
+                own
+            } else {
+                'f'
+            },
+        )
+    });
+    assert_eq!(channels(&image), expected.collect::<Vec<_>>());
+    assert_eq!(values(&image), values(&plain), "the picture does not depend on what is beside it");
+    assert_eq!(channel(&image, "samples"), [3.0; 256]);
+    // A pixel whose first sample met something is covered, and there is something near the middle.
+    for (i, (shape, z)) in channel(&image, "shape").iter().zip(channel(&image, "Z")).enumerate() {
+        assert!(if *shape > 0.0 { z > 0.0 } else { i != 136 }, "pixel {i}: shape {shape}, depth {z}");
+    }
+}
+
+/// Colours without alpha, weighed as Mitsuba does; luminance is what it is of white.
+#[test]
+fn pixel_formats_are_the_films() {
+    let desk = Desk::new();
+    let white = r#"<emitter type="constant"/>"#;
+    for (format, expected) in [
+        ("rgb", "B G R"),
+        ("rgba", "A B G R"),
+        ("luminance", "Y"),
+        ("luminance_alpha", "A Y"),
+        ("xyz", "X Y Z"),
+        ("xyza", "A X Y Z"),
+    ] {
+        let text = ball(&format!(r#"<string name="pixel_format" value="{format}"/>"#), white);
+        fs::write(desk.path("scene.xml"), text).unwrap();
+        desk.succeeds(&["render", "scene.xml", "--spp=1", "-q", "-oa.exr", "-oa.png", "--max-depth=1"]);
+        let image = read(&desk, "a.exr");
+        let names: Vec<String> = channels(&image).into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names.join(" "), expected);
+        // The first pixel sees the sky: white, of which a scene's default emitter has 1 in each channel of sRGB.
+        let first = |name: &str| channel(&image, name)[0];
+        match format {
+            "rgb" | "rgba" => assert_eq!((first("R"), first("G"), first("B")), (1.0, 1.0, 1.0)),
+            "luminance" | "luminance_alpha" => assert_eq!(first("Y"), 1.0),
+            _ => assert_eq!((first("X"), first("Y"), first("Z")), (0.950_456, 1.0, 1.088_754)),
+        }
+        let png = image::open(desk.path("a.png")).unwrap();
+        let (grey, alpha) = (format.starts_with("lum"), format.ends_with('a'));
+        assert_eq!(png.color().channel_count(), if grey { 1 } else { 3 } + u8::from(alpha), "{format}");
+    }
+    // Mitsuba's `path` counts a sky that is seen, its `direct` does not.
+    for (integrator, alpha) in [("path", 1.0), ("direct", 0.0)] {
+        let beside = format!(r#"{white}<integrator type="{integrator}"/>"#);
+        fs::write(desk.path("sky.xml"), ball(r#"<string name="pixel_format" value="rgba"/>"#, &beside)).unwrap();
+        desk.succeeds(&["render", "sky.xml", "--spp=1", "-q", "-oa.exr"]);
+        let image = read(&desk, "a.exr");
+        assert_eq!((channel(&image, "R")[0], channel(&image, "A")[0], channel(&image, "A")[36]), (1.0, alpha, 1.0));
+    }
+    desk.refuses(&["render", "scene.xml", "--aov=depth"], &["two channels of the picture would be called 'Z'"]);
+}
+
+/// What is not covered is black and transparent, what is covered stays as it was, and PNG has colours divided by alpha.
+#[test]
+fn a_hidden_sky_leaves_alpha() {
+    let desk = Desk::new();
+    fs::write(desk.path("scene.xml"), ball("", r#"<emitter type="constant"/>"#)).unwrap();
+    let render = |name: &str, options: &[&str]| {
+        let exr = format!("-o{name}.exr");
+        let png = format!("-o{name}.png");
+        desk.succeeds(&[&["render", "scene.xml", "--spp=16", "-q", &exr, &png], options].concat());
+        read(&desk, &format!("{name}.exr"))
+    };
+    let shown = render("shown", &["--env-visible=true"]);
+    assert_eq!(channels(&shown).len(), 3);
+    let hidden = render("hidden", &["--env-visible", "false"]);
+    let alpha = channel(&hidden, "A");
+    assert!(alpha.contains(&0.0) && alpha.contains(&1.0) && alpha.iter().any(|a| *a > 0.0 && *a < 1.0));
+    let (r, whole) = (channel(&hidden, "R"), channel(&shown, "R"));
+    for (i, a) in alpha.iter().enumerate() {
+        assert!((r[i] + (1.0 - a) - whole[i]).abs() <= 4.0 * f32::EPSILON, "pixel {i}: {} and {}, {a}", r[i], whole[i]);
+    }
+    let png = image::open(desk.path("hidden.png")).unwrap().into_rgba8();
+    for (pixel, (a, r)) in png.pixels().zip(alpha.iter().zip(&r)) {
+        assert_eq!(pixel.0[3], (a * 255.0 + 0.5) as u8);
+        let bare = if *a > 0.0 { (r / a).min(1.0) } else { 0.0 };
+        // IEC 61966-2-1, above its toe.
+        let byte = if bare == 0.0 { 0.0 } else { 255.0 * (1.055 * bare.powf(1.0 / 2.4) - 0.055) };
+        assert!((f32::from(pixel.0[0]) - byte).abs() <= 0.51, "{pixel:?}, {a}, {r}");
+    }
+}
+
+/// What `aov` and `moment` ask for, by the names that Mitsuba gives.
+#[test]
+fn a_files_own_channels() {
+    let desk = Desk::new();
+    let inside = r#"<integrator type="path" name="img"/>"#;
+    let list = "dd.y:depth,nn:sh_normal, g:geo_normal p:position uv:uv a:albedo i:prim_index s:shape_index";
+    let aov =
+        |inside: &str| format!(r#"<integrator type="aov"><string name="aovs" value="{list}"/>{inside}</integrator>"#);
+    let render = |integrator: &str| {
+        fs::write(desk.path("scene.xml"), ball("", &(r#"<emitter type="constant"/>"#.to_owned() + integrator)))
+            .unwrap();
+        desk.succeeds(&["render", "scene.xml", "--spp=4", "-q", "-oa.exr"]);
+        read(&desk, "a.exr")
+    };
+    let names = |image: &FlatImage| channels(image).into_iter().map(|(name, _)| name).collect::<Vec<_>>().join(" ");
+    let own = "a.B a.G a.R dd.y.T g.X g.Y g.Z i.I";
+    let more = "nn.X nn.Y nn.Z p.X p.Y p.Z s.I uv.U uv.V";
+    let image = render(&aov(inside));
+    assert_eq!(names(&image), format!("B G R {own} img.A img.B img.G img.R {more}"));
+    assert_eq!((channel(&image, "img.R"), channel(&image, "img.A")), (channel(&image, "R"), vec![1.0; 64]));
+    let image = render(&aov(""));
+    assert_eq!(names(&image), format!("B G R {own} {more}"));
+    assert_eq!(channel(&image, "R"), [0.0; 64]);
+    assert!(channel(&image, "dd.y.T").iter().any(|t| *t > 2.9));
+    let image = render(r#"<integrator type="moment"><integrator type="direct"/></integrator>"#);
+    let own = "_arg_0.X _arg_0.Y _arg_0.Z";
+    assert_eq!(names(&image), format!("B G R {own} m2_{}", own.replace(' ', " m2_")));
+    // Sky, of which every sample is 1: so are the square and its mean.
+    assert_eq!((channel(&image, "_arg_0.Y")[0], channel(&image, "m2__arg_0.Y")[0]), (1.0, 1.0));
+    let image = render(&format!(
+        r#"<integrator type="moment">{}</integrator>"#,
+        aov(inside).replace("i:prim_index s:shape_index", "")
+    ));
+    assert!(names(&image).contains("m2__arg_0.img.R") && names(&image).contains("m2__arg_0.dd.y.T"));
+    let told = desk.succeeds(&["render", "scene.xml", "--spp=1", "-oa.png"]);
+    let told = String::from_utf8_lossy(&told.stderr).into_owned();
+    assert!(told.contains("the channels beside the picture are not written: only a file"), "{told}");
+}
+
 /// One bounce of `bsdf` has no variance in this room. With radiance 1 the light itself shows 1, one bounce adds a half,
 /// all bounces 1: the file's `direct` stays direct whoever estimates, and no depth at all is black.
 #[test]

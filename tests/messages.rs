@@ -61,6 +61,22 @@ fn all_refused(rows: &[(String, &str)], files: &[(&str, &str)]) {
 }
 
 #[test]
+fn too_many_channels_are_refused() {
+    let nested = |depth: usize| {
+        let (start, end) = (r#"<integrator type="aov"><string name="aovs" value=""/>"#.repeat(depth), "</integrator>");
+        scene_with(&format!("{start}<integrator type=\"path\"/>{}{BALL}", end.repeat(depth)))
+    };
+    assert_eq!(outcome(&nested(4), &[], false), Ok(vec![]));
+    let many: Vec<String> = (0..100).map(|i| format!("p{i}:position")).collect();
+    let many = format!(r#"<integrator type="aov"><string name="aovs" value="{}"/></integrator>"#, many.join(","));
+    let rows = [
+        (nested(5), "integrators are nested more than 4 deep"),
+        (scene_with(&(many + BALL)), "300 channels are too many; at most 256 can be written"),
+    ];
+    all_refused(&rows, &[]);
+}
+
+#[test]
 fn wrong_parameters_are_refused() {
     let bsdf = |inside: &str| ball(&format!(r#"<bsdf type="roughconductor">{inside}</bsdf>"#));
     let ggx = r#"<string name="distribution" value="ggx"/>"#;
@@ -311,7 +327,18 @@ fn what_is_approximated_is_named() {
     let film =
         |inside: &str| scene_with_sensor(&format!(r#"<film type="hdrfilm">{inside}<rfilter type="box"/></film>"#));
     let rows = [
-        (film(r#"<string name="pixel_format" value="xyz"/>"#), "a pixel format other than 'rgb'", "'rgb' instead"),
+        (
+            scene_with(&format!(r#"<integrator type="aov"><string name="aovs" value="d:dp_du"/></integrator>{BALL}"#)),
+            "the aov type 'dp_du'",
+            "no such channel instead",
+        ),
+        (
+            scene_with(&format!(
+                r#"<integrator type="moment"><integrator type="path"/><integrator type="path"/></integrator>{BALL}"#
+            )),
+            "a second integrator inside of another",
+            "the first instead",
+        ),
         (
             film(r#"<string name="file_format" value="pfm"/>"#),
             "a file format other than 'openexr'",
@@ -415,7 +442,7 @@ fn a_picture_without_its_name_is_kept() {
         exposure: 0.0,
         metadata: Metadata::default(),
     };
-    let error = place.write(&Picture::new(2, 2), &options).unwrap_err().to_string();
+    let error = place.write((&Picture::new(2, 2)).into(), &options).unwrap_err().to_string();
     assert!(error.contains("a.png: cannot give the picture its name: "), "{error}");
     let kept = error.split("; it is kept as ").nth(1).unwrap();
     assert!(fs::read(kept).unwrap().starts_with(b"\x89PNG"));

@@ -40,6 +40,7 @@ use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::spectrum::Rgb;
 use glam::Vec3;
+use std::f32::consts::PI;
 
 /// A bsdf: a closed set, each in its own file with the same methods.
 #[derive(Clone, Debug, PartialEq)]
@@ -149,6 +150,15 @@ impl Bsdf {
     #[inline(never)]
     fn sample_apart(&self, &wo: &Vec3, &u: &BsdfUniforms) -> Option<BsdfSample> {
         each!(self, b => b.sample(wo, u))
+    }
+
+    /// Diffuse reflectance as Mitsuba has it: what a diffuse surface that looked like this one along the normal, seen from
+    /// `wo`, would reflect.
+    pub fn diffuse_reflectance(&self, wo: Vec3) -> Rgb {
+        match self {
+            Self::Diffuse(diffuse) => diffuse.reflectance,
+            other => other.eval_pdf(wo, Vec3::Z).0 * PI,
+        }
     }
 
     /// Its lobes.

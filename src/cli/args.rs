@@ -157,6 +157,14 @@ pub(super) struct RenderArgs {
     /// Stops of exposure for PNG: 1 is twice as bright.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub(super) exposure: f32,
+    /// Write channels beside the picture, into .exr files: albedo, normal, shading_normal, depth, position, uv,
+    /// primitive, shape, material of the first surface that camera rays meet, and the count of samples.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = aov)]
+    pub(super) aov: Vec<AovName>,
+    /// Whether the camera sees light from infinitely far away; if not, it still lights everything, and alpha tells where
+    /// nothing is.
+    #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
+    pub(super) env_visible: bool,
     /// Write figures about the render as JSON.
     #[arg(long, value_name = "FILE")]
     pub(super) stats: Option<PathBuf>,
@@ -169,6 +177,21 @@ pub(super) struct RenderArgs {
     /// Print more.
     #[arg(short, long)]
     pub(super) verbose: bool,
+}
+
+/// What can be written beside the picture.
+#[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
+pub(super) enum AovName {
+    Albedo,
+    Normal,
+    ShadingNormal,
+    Depth,
+    Position,
+    Uv,
+    Primitive,
+    Shape,
+    Material,
+    Samples,
 }
 
 /// Names of [`Accelerator`]s.
@@ -290,6 +313,20 @@ fn sample_id(text: &str) -> Result<SampleId, String> {
         Some(SampleId { x: place(x)?, y: place(y)?, index: u32::try_from(index).ok()? })
     });
     parsed.ok_or_else(|| "expected X,Y,SAMPLE, for example 10,20,0".into())
+}
+
+/// A channel to write. Mitsuba's and other renderers' words have underscores.
+fn aov(text: &str) -> Result<AovName, String> {
+    if text == "error" {
+        return Err(
+            "the error of a pixel cannot be estimated yet: its samples are not independent of each other".into()
+        );
+    }
+    let names = || AovName::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+    AovName::from_str(&text.replace('_', "-"), false).map_err(|_| {
+        let names: Vec<String> = names().map(|name| name.get_name().replace('-', "_")).collect();
+        format!("expected some of {}, separated by commas", names.join(", "))
+    })
 }
 
 fn limit(text: &str) -> Result<Limit, String> {

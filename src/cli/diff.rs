@@ -193,7 +193,7 @@ fn write_heat(output: OutputFile, path: &Path, a: &PictureFile, b: &PictureFile,
         exposure: 0.0,
         metadata: Metadata::default(),
     };
-    output.write(&picture, &options).map(|_| ())
+    output.write((&picture).into(), &options).map(|_| ())
 }
 
 fn report(a: &Picture, c: &Comparison, failed: Vec<String>) -> Report {

@@ -2,6 +2,7 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "talking to the user is this module's job")]
 
+mod aov;
 mod args;
 mod diff;
 mod info;

@@ -33,10 +33,10 @@ pub(super) fn pool(threads: u32) -> Result<ThreadPool> {
     )
 }
 
-/// Reads and compiles the scene.
-pub(super) fn prepare(args: &SceneArgs, pool: &ThreadPool) -> Result<Prepared> {
+/// Reads and compiles the scene, with the texture coordinates of all shapes if `uvs` are wanted.
+pub(super) fn prepare(args: &SceneArgs, uvs: bool, pool: &ThreadPool) -> Result<Prepared> {
     let start = Instant::now();
-    let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient };
+    let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs };
     let mut description = loader::load(&args.scene, &options)?;
     adjust_film(&mut description, args)?;
     let options =
@@ -72,6 +72,12 @@ fn adjust_film(description: &mut SceneDescription, args: &SceneArgs) -> Result<(
     let given = if args.crop.is_some() { "--crop" } else { "--size" };
     Film::check_pixels(film.crop).map_err(|m| Error::Usage(format!("{given}: {m}")))?;
     check_memory(crate::film::Film::bytes(Area::from(film.crop).pixels()))
+}
+
+/// An error if the sums of the scene's film, with so many bytes a pixel beside radiance, are more than there is memory for.
+pub(super) fn check_film(scene: &Scene, beside: u64) -> Result<()> {
+    let pixels = Area::from(scene.film.crop).pixels();
+    check_memory(crate::film::Film::bytes(pixels) + pixels * beside)
 }
 
 /// An error if the system says already now that it will not give so many bytes for the film, rather than in the middle of

@@ -1,15 +1,16 @@
 //! `snell render`.
 
-use super::args::{IntegratorName, RenderArgs};
+use super::aov::Beside;
+use super::args::{AovName, IntegratorName, RenderArgs};
 use super::prepare::{self, Prepared};
 use super::progress::{Display, quantity};
 use super::stats::{Names, Stats};
 use super::{EXIT_INTERRUPTED, interrupt, replay};
 use crate::description::IntegratorKind;
 use crate::error::{Error, Result};
-use crate::image::{ComponentFormat, Metadata, OutputFile, Picture, Reserved, WriteOptions};
+use crate::image::{ComponentFormat, Format, Layers, Metadata, OutputFile, PixelFormat, Reserved, WriteOptions};
 use crate::integrator::Integrator;
-use crate::render::{Progress, RenderSettings, Rendered, render, total_samples};
+use crate::render::{Progress, RenderSettings, Rendered, render_with, total_samples};
 use crate::sampler::Sampler;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let temporaries = pictures.iter().map(OutputFile::temporary_path).chain(stats.iter().map(Reserved::temporary_path));
     interrupt::handle(&progress, temporaries.map(Path::to_owned).collect());
     let pool = prepare::pool(args.scene.threads)?;
-    let prepared = prepare::prepare(&args.scene, &pool)?;
+    let prepared = prepare::prepare(&args.scene, args.aov.contains(&AovName::Uv), &pool)?;
     for warning in &prepared.warnings {
         say(format_args!("warning: {warning}"));
     }
@@ -44,12 +45,21 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
         let name = integrator.text();
         say(format_args!("warning: point lights stay dark: '{name}' only counts light that a path runs into"));
     }
+    let format = pixel_format(args, &prepared);
+    let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
+    beside.aovs.sky_counts = integrator != IntegratorName::Direct;
+    prepare::check_film(&prepared.scene, beside.bytes(&prepared.scene))?;
+    if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
+        say(format_args!(
+            "warning: the channels beside the picture are not written: only a file named .exr can hold them"
+        ));
+    }
     if args.verbose {
         let (load, build) = (prepared.load.as_secs_f64(), prepared.build.as_secs_f64());
         say(format_args!("loaded in {load:.3} s, {} built in {build:.3} s", prepared.scene.accel.name()));
     }
     let display = Display::start(&progress, total_samples(&prepared.scene, &settings), args.quiet);
-    let rendered = render(&prepared.scene, &settings, &pool, &progress);
+    let rendered = render_with(&prepared.scene, &settings, &beside.aovs, &pool, &progress);
     drop(display);
     let names =
         Names { integrator: integrator.text(), sampler: args.sampler.text(), threads: pool.current_num_threads() };
@@ -59,7 +69,10 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let mut clamped = 0;
     if rendered.samples > 0 {
         let options = write_options(args, command, &prepared, &rendered, &settings, &names);
-        clamped = write(&rendered.film.develop(), &options, pictures, &say, &mut failures);
+        let (picture, alpha) = (rendered.film.develop(), beside.alpha(&rendered.film));
+        let planes = beside.planes(&rendered.film);
+        let layers = Layers { picture: &picture, format, alpha: alpha.as_deref(), planes: &planes };
+        clamped = write(layers, &options, pictures, &say, &mut failures);
     }
     if let Some(file) = stats {
         failures.extend(write_stats(file, &Stats::new(&prepared, &rendered, &names, clamped)).err());
@@ -98,6 +111,12 @@ fn reserve(args: &RenderArgs) -> Result<Outputs> {
     if let Some(twice) = all.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(Error::Usage(format!("{} is to be written twice", twice[0].display())));
     }
+    let is_exr = |path: &&PathBuf| Format::of(path).is_ok_and(|format| format == Format::Exr);
+    if !args.aov.is_empty() && !paths.iter().any(|path| is_exr(&path)) {
+        return Err(Error::Usage(
+            "--aov needs an output whose name ends in .exr: no other can hold its channels".into(),
+        ));
+    }
     let pictures = paths.iter().map(|p| OutputFile::reserve(p)).collect::<Result<_>>()?;
     let stats = args.stats.as_deref().map(|p| Reserved::new(p, "the statistics")).transpose()?;
     Ok(Outputs { pictures, stats })
@@ -127,9 +146,16 @@ fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, Integrat
             max_depth,
             rr_depth: args.rr_depth.unwrap_or(file.rr_depth),
             hide_emitters: file.hide_emitters,
+            hide_environment: !args.env_visible,
         },
     };
     (settings, name)
+}
+
+/// What the file's pixels are to be: as the scene says, but with alpha where the sky is left out.
+fn pixel_format(args: &RenderArgs, prepared: &Prepared) -> PixelFormat {
+    let format = prepared.scene.film.pixel_format;
+    if args.env_visible { format } else { format.with_alpha() }
 }
 
 fn report(command: &str, prepared: &Prepared, rendered: &Rendered, say: &dyn Fn(std::fmt::Arguments<'_>)) {
@@ -202,7 +228,7 @@ fn write_options(
 /// Writes every picture that can be written, and adds to `failures` what is wrong with the others. Returns how many values
 /// did not fit their files' type and were clamped.
 fn write(
-    picture: &Picture,
+    layers: Layers<'_>,
     options: &WriteOptions,
     outputs: Vec<OutputFile>,
     say: &dyn Fn(std::fmt::Arguments<'_>),
@@ -211,7 +237,7 @@ fn write(
     let mut all_clamped = 0;
     for output in outputs {
         let path = output.path().to_owned();
-        match output.write(picture, options) {
+        match output.write(layers, options) {
             Ok(clamped) => {
                 if clamped > 0 {
                     let largest = ComponentFormat::MAX_HALF;

@@ -3,14 +3,16 @@
 //! Loaders make it, [`crate::scene::compile`] reads it; neither Embree nor a bsdf is known here. Colours are already
 //! linear sRGB; everything with a length in it is in the file's units; angles are in degrees where the field says so.
 
+mod aov;
 mod bsdf;
 mod texture;
 
+pub use aov::{Aov, AovKind};
 pub use bsdf::{Bsdf, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, SurfaceNeeds, Varying};
 pub use texture::{Texture, TextureKind, Wrap};
 
 use crate::error::Span;
-pub use crate::image::{ComponentFormat, Crop, Filter};
+pub use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::spectrum::Rgb;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
@@ -28,6 +30,8 @@ pub struct SceneDescription {
     pub textures: Vec<Texture>,
     /// Every shape.
     pub shapes: Vec<Shape>,
+    /// Whether the texture coordinates of every shape are wanted, not only of those with textures.
+    pub wants_uvs: bool,
     /// Lights that are not attached to a shape.
     pub lights: Vec<Light>,
     /// Complaints that were not fatal, each with its place: what `--lenient` let pass, what was never read.
@@ -54,6 +58,8 @@ pub struct Integrator {
     pub rr_depth: u32,
     /// Whether emitters are invisible to camera rays.
     pub hide_emitters: bool,
+    /// What goes into channels beside those of the picture.
+    pub aovs: Vec<Aov>,
 }
 
 /// Estimators that a scene file can ask for.
@@ -67,7 +73,7 @@ pub enum IntegratorKind {
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
+        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false, aovs: Vec::new() }
     }
 }
 
@@ -128,6 +134,8 @@ pub struct Film {
     pub sample_border: bool,
     /// Type of a stored pixel value.
     pub component_format: ComponentFormat,
+    /// What the stored channels are.
+    pub pixel_format: PixelFormat,
 }
 
 impl Film {

@@ -8,6 +8,8 @@
 //!   overflow (31 + 64 + 32 = 127 bits). A value that does not fit is refused, like one that is not finite, and counted.
 //! - Weights of a reconstruction filter are integers, too, so that a value times a weight is exact before it is rounded
 //!   to the unit.
+//!
+//! Quantities other than radiance have scales of their own, and are f64 when they come ([`Scale::weighted`]).
 
 use super::kernel::WEIGHT_BITS;
 use crate::spectrum::Rgb;
@@ -35,6 +37,33 @@ impl Scale {
         }
         // The smallest E with radiance < 2ᴱ.
         Self { exponent: libm::frexpf(radiance).1 }
+    }
+
+    /// The scale for a quantity whose magnitude is expected to be below 2 to the power of `exponent`.
+    pub fn for_exponent(exponent: i32) -> Self {
+        Self { exponent }
+    }
+
+    /// The exponent E.
+    pub fn exponent(self) -> i32 {
+        self.exponent
+    }
+
+    /// `value` times a weight in units of 2^(E − 64), rounded to nearest: a function of the two alone, so that sums do not
+    /// depend on the order. What does not fit becomes the largest that does, and what is not a number becomes zero.
+    #[inline]
+    pub(super) fn weighted(self, value: f64, weight: i64) -> i128 {
+        /// Just below 2^(64 + 31): as many samples can be added as of radiance.
+        const LARGEST: f64 = ((1u128 << (FRACTION_BITS + HEADROOM_BITS)) - (1u128 << 42)) as f64;
+        // A weight has 28 bits; where the product has more than 53 it is rounded here already.
+        let product = libm::ldexp(value * weight as f64, FRACTION_BITS - WEIGHT_BITS.cast_signed() - self.exponent);
+        product.clamp(-LARGEST, LARGEST).round_ties_even() as i128
+    }
+
+    /// A sum in units of 2^(E − 64), rounded once.
+    #[inline]
+    pub(super) fn value(self, sum: i128) -> f64 {
+        libm::ldexp(sum as f64, self.exponent - FRACTION_BITS)
     }
 
     /// Magnitude of `value` and the power of two that makes it units of 2^(E − 64); `None` where it is not finite or
@@ -150,7 +179,7 @@ impl ExactRgb {
 
     /// The sum, rounded once.
     pub fn to_f64(&self, scale: Scale) -> [f64; 3] {
-        self.0.map(|s| libm::ldexp(s as f64, scale.exponent - FRACTION_BITS))
+        self.0.map(|s| scale.value(s))
     }
 }
 
@@ -201,6 +230,29 @@ mod tests {
             assert!(!sum.push(Rgb::new(1.0, bad, 1.0), scale), "{bad}");
         }
         assert_eq!(sum, ExactRgb::default());
+    }
+
+    #[test]
+    fn doubles_are_summed_with_their_weights_and_clamped() {
+        let one = 1 << WEIGHT_BITS;
+        for exponent in [-30, 0, 7] {
+            let scale = Scale::for_exponent(exponent);
+            let unit = libm::ldexp(1.0, exponent);
+            for v in [0.0, 0.3, -0.7, 1e9, -1e-12].map(|v| v * unit) {
+                for weight in [one, -one / 3, 1, 0] {
+                    let got = scale.value(scale.weighted(v, weight));
+                    let want = v * (weight as f64 / one as f64);
+                    // The product and the unit of the sum, and its conversion.
+                    assert!((got - want).abs() <= f64::EPSILON * want.abs() + unit * libm::ldexp(1.0, -65));
+                }
+            }
+            let most = libm::ldexp(1.0, exponent + HEADROOM_BITS);
+            assert_eq!(scale.value(scale.weighted(f64::NAN, one)), 0.0);
+            for (v, sign) in [(f64::INFINITY, 1.0), (f64::NEG_INFINITY, -1.0), (2.0 * most, 1.0)] {
+                let clamped = scale.value(scale.weighted(v, one)) * sign;
+                assert!(clamped < most && clamped > 0.999 * most, "{v}: {clamped}");
+            }
+        }
     }
 
     #[test]

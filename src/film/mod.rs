@@ -12,19 +12,24 @@
 //! into the buffer of its own tile (which has a border as wide as the filter); tiles are then added to the film. A pixel
 //! is the quotient of its two sums. With the box filter the border is empty and every weight is one.
 //!
+//! Whatever else is to be known of the samples ([`Extras`]) is gathered in the same way, beside.
+//!
 //! As in Mitsuba, samples are taken in the pixels of the picture only, so that those at its edge (or at that of a crop)
 //! see but part of what the filter covers, unless the film asks for a border of samples around it.
 
 pub mod exact;
+mod extras;
 mod kernel;
 mod tile;
 
+pub use extras::Extras;
 pub use tile::Tile;
 
 use crate::image::{Area, Crop, Filter, Picture};
 use crate::math::float;
 use crate::spectrum::Rgb;
 use exact::{ExactRgb, Scale};
+use extras::ExtraFilm;
 use kernel::{Kernel, WEIGHT_BITS};
 use std::sync::Mutex;
 
@@ -144,6 +149,8 @@ pub struct Film {
     border: u32,
     /// The sums of each tile of pixels; none before the first are added.
     tiles: Vec<Mutex<Vec<Pixel>>>,
+    /// What is kept beside radiance, if anything is.
+    extras: Option<ExtraFilm>,
     dropped: Mutex<Dropped>,
 }
 
@@ -164,8 +171,16 @@ impl Film {
             kernel: Kernel::new(filter),
             border: filter.border(),
             tiles: (0..pixels.count()).map(|_| Mutex::default()).collect(),
+            extras: None,
             dropped: Mutex::default(),
         }
+    }
+
+    /// This film, still empty, keeping something beside radiance.
+    #[must_use]
+    pub fn with_extras(self, extras: Extras) -> Self {
+        let extras = Some(ExtraFilm::new(extras, self.pixels.count()));
+        Self { extras, ..self }
     }
 
     /// Number of tiles in which samples are taken.
@@ -182,7 +197,11 @@ impl Film {
     pub fn start_tile(&self, index: usize) -> Tile {
         let bounds = self.tile_bounds(index);
         let reach = bounds.grown(self.border).intersection(self.pixels.0);
-        Tile::new(bounds, reach, self.scale, self.kernel)
+        let tile = Tile::new(bounds, reach, self.scale, self.kernel);
+        match &self.extras {
+            None => tile,
+            Some(film) => tile.with_extras(&film.extras),
+        }
     }
 
     /// Adds what a tile gathered.
@@ -197,6 +216,9 @@ impl Film {
                 for (p, t) in pixels[first..].iter_mut().zip(tile.row(shared.x, y, shared.width)) {
                     p.add(t);
                 }
+            }
+            if let (Some(film), Some(sums)) = (&self.extras, tile.extras()) {
+                film.add(index, bounds, sums, tile.reach());
             }
         }
         if tile.dropped().count > 0 {
@@ -215,22 +237,65 @@ impl Film {
         let whole = self.pixels.0;
         let mut picture = Picture::new(whole.width, whole.height);
         for (index, tile) in self.tiles.iter().enumerate() {
-            let c = self.pixels.bounds(index);
-            let (left, top) = ((c.x - whole.x).cast_unsigned(), (c.y - whole.y).cast_unsigned());
-            for (i, p) in (0u32..).zip(lock(tile).iter()) {
-                picture.set(left + i % c.width, top + i / c.width, p.mean(self.scale));
+            for (i, p) in lock(tile).iter().enumerate() {
+                let (x, y) = self.place(index, i);
+                picture.set(x, y, p.mean(self.scale));
             }
         }
         picture
     }
+
+    /// Weighted means of quantity `which` of those kept beside radiance, row by row; zero where the weights are zero.
+    pub fn means(&self, which: usize) -> Vec<f64> {
+        self.plane(|film, index| {
+            let sums = film.sums(index, which);
+            let pixels = lock(&self.tiles[index]);
+            sums.iter().zip(pixels.iter()).map(|(sum, p)| if p.weight == 0 { 0.0 } else { sum / p.weight() }).collect()
+        })
+    }
+
+    /// Whole number `which` of each pixel, row by row; zero where there is no sample yet.
+    pub fn numbers(&self, which: usize) -> Vec<u32> {
+        self.plane(|film, index| film.numbers(index, 1 + which))
+    }
+
+    /// How many samples of each pixel count, row by row; zeros if nothing is kept beside radiance.
+    pub fn sample_counts(&self) -> Vec<u32> {
+        self.plane(|film, index| film.numbers(index, 0))
+    }
+
+    /// The pixels of all tiles, row by row, from those of each (or none, where nothing was added).
+    fn plane<T: Copy + Default>(&self, tile: impl Fn(&ExtraFilm, usize) -> Vec<T>) -> Vec<T> {
+        let mut plane = vec![T::default(); self.pixels.0.pixels() as usize];
+        if let Some(film) = &self.extras {
+            for index in 0..self.tiles.len() {
+                for (i, value) in tile(film, index).into_iter().enumerate() {
+                    let (x, y) = self.place(index, i);
+                    plane[y as usize * self.pixels.0.width as usize + x as usize] = value;
+                }
+            }
+        }
+        plane
+    }
+
+    /// Column and row in the picture of pixel `i` of tile `index`.
+    fn place(&self, index: usize, i: usize) -> (u32, u32) {
+        let (whole, c) = (self.pixels.0, self.pixels.bounds(index));
+        let (left, top) = ((c.x - whole.x).cast_unsigned(), (c.y - whole.y).cast_unsigned());
+        (left + i as u32 % c.width, top + i as u32 / c.width)
+    }
 }
 
 impl Pixel {
+    fn weight(&self) -> f64 {
+        libm::ldexp(self.weight as f64, -WEIGHT_BITS.cast_signed())
+    }
+
     fn mean(&self, scale: Scale) -> Rgb {
         if self.weight == 0 {
             return Rgb::BLACK;
         }
-        let weight = libm::ldexp(self.weight as f64, -WEIGHT_BITS.cast_signed());
+        let weight = self.weight();
         let [r, g, b] = self.sum.to_f64(scale).map(|s| float::saturate_to_f32(s / weight));
         Rgb::new(r, g, b)
     }

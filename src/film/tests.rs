@@ -161,6 +161,32 @@ fn bad_samples_are_left_out_counted_and_named() {
     }
 }
 
+/// What is beside radiance counts the samples that radiance counts; numbers are told once, and stay in their pixel.
+#[test]
+fn what_is_beside_radiance_belongs_to_the_samples_that_count() {
+    for filter in FILTERS {
+        let film = Film::new(CROP, filter, false, Scale::for_radiance(1.0));
+        let film = film.with_extras(Extras { means: vec![Scale::for_exponent(0), Scale::for_exponent(9)], numbers: 2 });
+        let (x, y) = (CROP.x as i32, CROP.y as i32);
+        let middle = || Vec2::splat(0.5);
+        let mut first = film.start_tile(0);
+        first.set_numbers(x, y, &[7, u32::MAX]);
+        first.add_sample_with(SampleId { x, y, index: 0 }, Rgb::splat(f32::NAN), middle, &[0.5, 9.0]);
+        first.add_sample_with(SampleId { x, y, index: 1 }, Rgb::WHITE, middle, &[0.25, 300.0]);
+        let mut second = film.start_tile(0);
+        second.add_sample_with(SampleId { x, y, index: 2 }, Rgb::WHITE, middle, &[-0.75, 100.0]);
+        for tile in [second, first] {
+            film.add(&tile);
+        }
+        assert_eq!((film.means(0)[0], film.means(1)[0]), (-0.25, 200.0), "{filter:?}");
+        assert_eq!((film.numbers(0)[0], film.numbers(1)[0], film.sample_counts()[0]), (7, u32::MAX, 2), "{filter:?}");
+        assert_eq!((film.numbers(0)[1], film.sample_counts()[1], film.dropped().count), (0, 0, 1), "{filter:?}");
+        // Tiles in which nothing happened are empty planes of the right size.
+        let pixels = (CROP.width * CROP.height) as usize;
+        assert_eq!((film.means(0).len(), film.numbers(1).len(), film.sample_counts().len()), (pixels, pixels, pixels));
+    }
+}
+
 #[test]
 fn a_million_samples_lose_nothing() {
     for filter in [Filter::Box, Filter::DEFAULT] {

@@ -1,6 +1,7 @@
 //! The buffer that one thread gathers a tile's samples in.
 
 use super::exact::Scale;
+use super::extras::{ExtraSums, Extras};
 use super::kernel::{Kernel, ONE, product};
 use super::{Dropped, Pixel, SampleId};
 use crate::image::Area;
@@ -15,13 +16,20 @@ pub struct Tile {
     scale: Scale,
     kernel: Option<Kernel>,
     pixels: Vec<Pixel>,
+    /// What is kept beside radiance, if anything is.
+    extras: Option<Box<(Extras, ExtraSums)>>,
     dropped: Dropped,
 }
 
 impl Tile {
     pub(super) fn new(bounds: Area, reach: Area, scale: Scale, kernel: Option<Kernel>) -> Self {
         let pixels = vec![Pixel::default(); reach.pixels() as usize];
-        Self { bounds, reach, scale, kernel, pixels, dropped: Dropped::default() }
+        Self { bounds, reach, scale, kernel, pixels, extras: None, dropped: Dropped::default() }
+    }
+
+    pub(super) fn with_extras(self, extras: &Extras) -> Self {
+        let sums = ExtraSums::new(extras, self.pixels.len());
+        Self { extras: Some(Box::new((extras.clone(), sums))), ..self }
     }
 
     /// The pixels in which it takes samples, in the whole film's coordinates.
@@ -38,6 +46,11 @@ impl Tile {
     pub(super) fn row(&self, x: i32, y: i32, count: u32) -> &[Pixel] {
         let first = self.reach.index(x, y);
         &self.pixels[first..first + count as usize]
+    }
+
+    /// What it gathered beside radiance.
+    pub(super) fn extras(&self) -> Option<&ExtraSums> {
+        self.extras.as_deref().map(|(_, sums)| sums)
     }
 
     pub(super) fn dropped(&self) -> &Dropped {
@@ -74,6 +87,43 @@ impl Tile {
                 pixel.sum.push_weighted(&value, weight);
                 pixel.weight += i128::from(weight);
             }
+        }
+    }
+
+    /// Counts a sample as [`Self::add_sample`] does and, if its radiance counts, the values of what the film keeps beside
+    /// radiance.
+    pub fn add_sample_with(&mut self, id: SampleId, radiance: Rgb, position: impl Fn() -> Vec2, values: &[f64]) {
+        let dropped = self.dropped.count;
+        self.add_sample(id, radiance, &position);
+        if self.dropped.count > dropped {
+            return;
+        }
+        let Some((extras, sums)) = self.extras.as_deref_mut() else { return };
+        let reach = self.reach;
+        if reach.contains(id.x, id.y) {
+            sums.count(extras, reach.index(id.x, id.y));
+        }
+        let Some(kernel) = &self.kernel else {
+            return sums.push(extras, reach.index(id.x, id.y), values, ONE);
+        };
+        let position = position();
+        let (taps_x, taps_y) = (kernel.taps(position.x), kernel.taps(position.y));
+        let (x, across) = taps_x.within(id.x, reach.x, reach.x + reach.width.cast_signed());
+        let (y, down) = taps_y.within(id.y, reach.y, reach.y + reach.height.cast_signed());
+        for (row, &wy) in (y..).zip(down) {
+            let first = reach.index(x, row);
+            for (pixel, &wx) in (first..).zip(across) {
+                sums.push(extras, pixel, values, product(wx, wy));
+            }
+        }
+    }
+
+    /// Sets the whole numbers of a pixel, which its first sample tells; those of a pixel in the border are of no use.
+    pub fn set_numbers(&mut self, x: i32, y: i32, numbers: &[u32]) {
+        if let Some((extras, sums)) = self.extras.as_deref_mut()
+            && self.reach.contains(x, y)
+        {
+            sums.set_numbers(extras, self.reach.index(x, y), numbers);
         }
     }
 }

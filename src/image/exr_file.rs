@@ -1,6 +1,6 @@
-//! OpenEXR: linear sRGB radiance with data window and metadata.
+//! OpenEXR: linear radiance with alpha and whatever else goes beside it, with data window and metadata.
 
-use super::Picture;
+use super::layers::{ALPHA, Layers, PlaneValues};
 use super::output::WriteOptions;
 use super::{ComponentFormat, Crop};
 use exr::meta::attribute::Chromaticities;
@@ -22,7 +22,7 @@ pub struct Metadata {
 
 /// The picture and what the file says of it.
 pub(super) struct ExrOptions<'a> {
-    picture: &'a Picture,
+    layers: Layers<'a>,
     full_size: (u32, u32),
     crop: Crop,
     format: ComponentFormat,
@@ -30,26 +30,48 @@ pub(super) struct ExrOptions<'a> {
 }
 
 impl<'a> ExrOptions<'a> {
-    pub(super) fn new(picture: &'a Picture, o: &'a WriteOptions) -> Self {
-        Self { picture, full_size: o.full_size, crop: o.crop, format: o.component_format, metadata: &o.metadata }
+    pub(super) fn new(layers: Layers<'a>, o: &'a WriteOptions) -> Self {
+        Self { layers, full_size: o.full_size, crop: o.crop, format: o.component_format, metadata: &o.metadata }
+    }
+
+    /// The channels of colour, alpha, and the planes beside. Adds to `clamped` how many values overflowed half precision.
+    fn channels(&self, clamped: &mut u64) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
+        let Layers { picture, format, alpha, planes } = self.layers;
+        let mut channels = SmallVec::new();
+        let mut coloured = |name: &str, values: &mut dyn Iterator<Item = f32>| {
+            let samples = match self.format {
+                ComponentFormat::Float => FlatSamples::F32(values.collect()),
+                ComponentFormat::Half => FlatSamples::F16(values.map(|v| to_half(v, clamped)).collect()),
+            };
+            channels.push(AnyChannel::new(name, samples));
+        };
+        for (name, value) in format.channels() {
+            coloured(name, &mut picture.pixels().iter().map(|&p| value(p)));
+        }
+        if let Some(alpha) = alpha {
+            coloured(ALPHA, &mut alpha.iter().copied());
+        }
+        for plane in planes {
+            if let PlaneValues::Colour(values) = &plane.values {
+                coloured(&plane.name, &mut values.iter().copied());
+            }
+        }
+        for plane in planes {
+            let samples = match &plane.values {
+                PlaneValues::Colour(_) => continue,
+                PlaneValues::Float(values) => FlatSamples::F32(values.clone()),
+                PlaneValues::Whole(values) => FlatSamples::U32(values.clone()),
+            };
+            channels.push(AnyChannel::new(plane.name.as_str(), samples));
+        }
+        channels
     }
 }
 
-/// Writes channels R, G, B. Returns how many values overflowed half precision and were clamped.
+/// Writes the picture. Returns how many values overflowed half precision and were clamped.
 pub(super) fn write(to: &mut File, o: &ExrOptions<'_>) -> exr::error::Result<u64> {
     let mut clamped = 0;
-    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = ["R", "G", "B"]
-        .into_iter()
-        .enumerate()
-        .map(|(i, name)| {
-            let values = o.picture.pixels().iter().map(|p| p.to_array()[i]);
-            let samples = match o.format {
-                ComponentFormat::Float => FlatSamples::F32(values.collect()),
-                ComponentFormat::Half => FlatSamples::F16(values.map(|v| to_half(v, &mut clamped)).collect()),
-            };
-            AnyChannel::new(name, samples)
-        })
-        .collect();
+    let channels = o.channels(&mut clamped);
     let mut attributes = LayerAttributes {
         layer_position: Vec2(as_i32(o.crop.x), as_i32(o.crop.y)),
         software_name: Some(Text::from(concat!("snell ", env!("CARGO_PKG_VERSION")))),
@@ -61,7 +83,8 @@ pub(super) fn write(to: &mut File, o: &ExrOptions<'_>) -> exr::error::Result<u64
         Text::new_or_none(v).map(|t| (*name, AttributeValue::Text(t)))
     }));
     attributes.other.extend(own.map(|(name, v)| (Text::from(name), v)));
-    let size = Vec2(o.picture.width() as usize, o.picture.height() as usize);
+    let picture = o.layers.picture;
+    let size = Vec2(picture.width() as usize, picture.height() as usize);
     let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
     let mut image = Image::from_layer(layer);
     image.attributes.display_window =

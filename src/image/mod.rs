@@ -4,6 +4,7 @@ pub mod compare;
 mod exr_file;
 mod filter;
 mod input;
+mod layers;
 mod output;
 mod png_file;
 mod raster;
@@ -11,6 +12,7 @@ mod raster;
 pub use exr_file::Metadata;
 pub use filter::Filter;
 pub use input::{PictureFile, read as read_picture};
+pub use layers::{Layers, PixelFormat, Plane, PlaneValues};
 pub use output::{Format, OutputFile, Reserved, WriteOptions};
 pub use raster::Raster;
 

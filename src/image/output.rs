@@ -1,8 +1,7 @@
 //! An output file that exists whole or not at all: written beside its place under a temporary name, then renamed.
 
 use super::exr_file::{self, ExrOptions, Metadata};
-use super::{ComponentFormat, Crop};
-use super::{Picture, png_file};
+use super::{ComponentFormat, Crop, Layers, png_file};
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -11,9 +10,9 @@ use tempfile::NamedTempFile;
 /// A file format, told by the name's ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// OpenEXR: linear radiance, metadata.
+    /// OpenEXR: linear radiance, alpha, anything beside it, metadata.
     Exr,
-    /// PNG: 8 bits a channel, sRGB-encoded after exposure.
+    /// PNG: 8 bits a channel, sRGB-encoded after exposure, with alpha.
     Png,
 }
 
@@ -148,11 +147,17 @@ impl OutputFile {
         self.file.temporary_path()
     }
 
-    /// Writes the picture and gives it its name. Returns how many values did not fit the file's type and were clamped.
-    pub fn write(self, picture: &Picture, options: &WriteOptions) -> Result<u64> {
+    /// Its format.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Writes the picture, with as much of what is beside it as the format can hold, and gives it its name. Returns how
+    /// many values did not fit the file's type and were clamped.
+    pub fn write(self, layers: Layers<'_>, options: &WriteOptions) -> Result<u64> {
         match self.format {
-            Format::Exr => self.file.write(|file| exr_file::write(file, &ExrOptions::new(picture, options))),
-            Format::Png => self.file.write(|file| png_file::write(file, picture, options.exposure).map(|()| 0)),
+            Format::Exr => self.file.write(|file| exr_file::write(file, &ExrOptions::new(layers, options))),
+            Format::Png => self.file.write(|file| png_file::write(file, &layers, options.exposure).map(|()| 0)),
         }
     }
 }

@@ -13,6 +13,7 @@
 //!
 //! An integrator knows no threads and no files, and cannot fail.
 
+pub mod aov;
 mod bsdf;
 mod naive;
 mod nee;
@@ -26,8 +27,11 @@ pub use technique::Technique;
 pub use wave::RayCounts;
 
 use crate::film::{SampleId, Tile};
+use crate::image::Area;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use crate::spectrum::Rgb;
+use aov::{AovSink, Aovs, Sink};
 use record::Record;
 use std::ops::Range;
 
@@ -67,20 +71,17 @@ pub struct Integrator {
     pub rr_depth: u32,
     /// Emitters are invisible to camera rays, which pass through those that are surfaces.
     pub hide_emitters: bool,
+    /// Light from infinitely far away is invisible to camera rays, but lights everything.
+    pub hide_environment: bool,
 }
 
 impl Integrator {
     /// Takes the samples `samples` of every pixel of `tile`, and counts the rays they took.
     pub fn sample_tile(&self, scene: &Scene, sampler: &Sampler, samples: Range<u32>, tile: &mut Tile) -> RayCounts {
         let bounds = tile.bounds();
-        // Sample by sample of each pixel: neighbours in a wave see much the same.
-        let ids = (bounds.y..bounds.y + bounds.height.cast_signed()).flat_map(|y| {
-            let samples = samples.clone();
-            (bounds.x..bounds.x + bounds.width.cast_signed())
-                .flat_map(move |x| samples.clone().map(move |index| SampleId { x, y, index }))
-        });
+        let ids = sample_ids(bounds, samples);
         let mut counts = RayCounts::default();
-        self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |id, radiance| {
+        self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |id: SampleId, radiance: Rgb| {
             tile.add_sample(id, radiance, || {
                 sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index).film()
             });
@@ -88,10 +89,31 @@ impl Integrator {
         counts
     }
 
+    /// [`Self::sample_tile`], with everything that goes beside radiance.
+    pub fn sample_tile_with(
+        &self,
+        scene: &Scene,
+        sampler: &Sampler,
+        aovs: &Aovs,
+        samples: Range<u32>,
+        tile: &mut Tile,
+    ) -> RayCounts {
+        let ids = sample_ids(tile.bounds(), samples);
+        let mut counts = RayCounts::default();
+        let mut sink = AovSink::new(scene, aovs, tile, self.max_depth > 0 && !self.hides_sky());
+        self.walk(scene, sampler, ids, &mut (), &mut counts, &mut sink);
+        counts
+    }
+
+    /// Whether camera rays do not see light from infinitely far away.
+    fn hides_sky(&self) -> bool {
+        self.hide_emitters || self.hide_environment
+    }
+
     /// Walks one path and tells `record` of every step.
     pub fn replay(&self, scene: &Scene, sampler: &Sampler, id: SampleId, record: &mut impl Record) {
         let mut counts = RayCounts::default();
-        self.walk(scene, sampler, [id].into_iter(), record, &mut counts, &mut |_, _| {});
+        self.walk(scene, sampler, [id].into_iter(), record, &mut counts, &mut |_: SampleId, _: Rgb| {});
     }
 
     fn walk(
@@ -101,14 +123,23 @@ impl Integrator {
         ids: impl Iterator<Item = SampleId>,
         record: &mut impl Record,
         counts: &mut RayCounts,
-        sink: &mut impl FnMut(SampleId, crate::spectrum::Rgb),
+        sink: &mut impl Sink,
     ) {
         let walker = wave::Walker { scene, sampler, limits: self, level: fearless_simd::Level::new() };
         match self.estimator {
-            Estimator::Path => walker.run::<path::Path>(ids, record, counts, sink),
-            Estimator::Nee => walker.run::<nee::Nee>(ids, record, counts, sink),
-            Estimator::Bsdf => walker.run::<bsdf::BsdfSampling>(ids, record, counts, sink),
-            Estimator::Naive => walker.run::<naive::Naive>(ids, record, counts, sink),
+            Estimator::Path => walker.run::<path::Path, _>(ids, record, counts, sink),
+            Estimator::Nee => walker.run::<nee::Nee, _>(ids, record, counts, sink),
+            Estimator::Bsdf => walker.run::<bsdf::BsdfSampling, _>(ids, record, counts, sink),
+            Estimator::Naive => walker.run::<naive::Naive, _>(ids, record, counts, sink),
         }
     }
+}
+
+/// The samples `samples` of every pixel, sample by sample of each: neighbours in a wave see much the same.
+fn sample_ids(pixels: Area, samples: Range<u32>) -> impl Iterator<Item = SampleId> {
+    (pixels.y..pixels.y + pixels.height.cast_signed()).flat_map(move |y| {
+        let samples = samples.clone();
+        (pixels.x..pixels.x + pixels.width.cast_signed())
+            .flat_map(move |x| samples.clone().map(move |index| SampleId { x, y, index }))
+    })
 }

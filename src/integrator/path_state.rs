@@ -43,6 +43,8 @@ pub(super) struct PathState {
     pub(super) id: SampleId,
     /// Its uniform numbers.
     pub(super) stream: Stream,
+    /// Whether it met a surface: what alpha counts.
+    pub(super) met: bool,
     /// Whether it goes on.
     pub(super) alive: bool,
 }

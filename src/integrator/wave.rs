@@ -10,6 +10,7 @@
 //! functions of (pixel, sample, dimension), and its contributions are added in the order of its vertices.
 
 use super::Integrator;
+use super::aov::Sink;
 use super::path_state::{PathState, Segment};
 use super::record::{Event, Record};
 use super::technique::Technique;
@@ -101,17 +102,18 @@ struct Wave {
 }
 
 impl Walker<'_> {
-    /// Walks the paths of `ids` to their ends and hands each sample's radiance to `sink`.
-    pub(super) fn run<T: Technique>(
+    /// Walks the paths of `ids` to their ends and hands each to `sink`.
+    pub(super) fn run<T: Technique, S: Sink>(
         &self,
         mut ids: impl Iterator<Item = SampleId>,
         record: &mut impl Record,
         counts: &mut RayCounts,
-        sink: &mut impl FnMut(SampleId, Rgb),
+        sink: &mut S,
     ) {
-        if self.limits.max_depth == 0 {
-            // Not even the segment from the camera: black, as in Mitsuba.
-            return ids.for_each(|id| sink(id, Rgb::BLACK));
+        // Not even the segment from the camera: black, as in Mitsuba.
+        let black = self.limits.max_depth == 0;
+        if black && !S::LOOKS {
+            return ids.for_each(|id| sink.finished(0, &self.start(id)));
         }
         let mut wave = Wave::default();
         loop {
@@ -126,6 +128,12 @@ impl Walker<'_> {
             self.trace(&mut wave, true, counts);
             if self.limits.hide_emitters {
                 self.skip_emitters(&mut wave, counts);
+            }
+            sink.first_hits(&wave.rays, &wave.paths, &wave.hits);
+            if black {
+                wave.paths.iter_mut().for_each(|path| path.alive = false);
+                wave.retire(record, sink);
+                continue;
             }
             for vertex in 0.. {
                 self.draw::<T>(&mut wave, vertex);
@@ -153,6 +161,7 @@ impl Walker<'_> {
             depth: 0,
             id,
             stream: self.sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index),
+            met: false,
             alive: true,
         }
     }
@@ -233,6 +242,7 @@ impl Walker<'_> {
             self.find_sky::<T>(path, record);
             return end(path, "nothing is met", record);
         }
+        let met = std::mem::replace(&mut path.met, true);
         let last = path.depth >= self.limits.max_depth;
         if last && self.scene.appearances[hit.shape as usize].light.is_none() {
             return end(path, "the depth limit", record);
@@ -264,7 +274,13 @@ impl Walker<'_> {
         path.eta_squared *= sample.eta * sample.eta;
         path.segment = match sample.pdf {
             Some(pdf) => Segment::Smooth { pdf, from: surface.p() },
-            None => Segment::Delta,
+            None => {
+                if sample.wi == -wo {
+                    // Straight through: as if there were nothing, as far as alpha goes.
+                    path.met = met;
+                }
+                Segment::Delta
+            }
         };
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));
         path.from = hit;
@@ -298,7 +314,7 @@ impl Walker<'_> {
     /// Light from infinitely far away, where the segment met nothing.
     #[inline]
     fn find_sky<T: Technique>(&self, path: &mut PathState, record: &mut impl Record) {
-        if path.depth == 1 && self.limits.hide_emitters {
+        if path.depth == 1 && self.limits.hides_sky() {
             return;
         }
         for &index in &self.scene.infinite_lights {
@@ -407,12 +423,12 @@ fn end(path: &mut PathState, reason: &'static str, record: &mut impl Record) {
 
 impl Wave {
     /// Takes finished paths out of the wave.
-    fn retire(&mut self, record: &mut impl Record, sink: &mut impl FnMut(SampleId, Rgb)) {
+    fn retire(&mut self, record: &mut impl Record, sink: &mut impl Sink) {
         self.active.retain(|&i| {
             let path = &self.paths[i as usize];
             if !path.alive {
                 record.event(Event::Finished { radiance: path.radiance });
-                sink(path.id, path.radiance);
+                sink.finished(i as usize, path);
             }
             path.alive
         });

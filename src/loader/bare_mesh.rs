@@ -11,7 +11,7 @@ use super::mtl::{self, GREY, Material};
 use super::{creases, normals, obj, ply};
 use crate::description::{
     Bsdf, BsdfId, BsdfKind, Camera, ComponentFormat, Crop, Film, Filter, FovAxis, Geometry, Integrator, Light,
-    LightKind, Mesh, Sampler, SceneDescription, Shape,
+    LightKind, Mesh, PixelFormat, Sampler, SceneDescription, Shape,
 };
 use crate::error::{Error, Result, Span};
 use crate::spectrum::Rgb;
@@ -65,6 +65,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         bsdfs: Vec::new(),
         textures: Vec::new(),
         shapes: Vec::new(),
+        wants_uvs: options.uvs,
         lights: Vec::new(),
         warnings: Vec::new(),
     };
@@ -227,6 +228,7 @@ impl View {
             filter: Filter::DEFAULT,
             sample_border: false,
             component_format: ComponentFormat::Half,
+            pixel_format: PixelFormat::Rgb,
         };
         Camera {
             at: at.clone(),

@@ -7,7 +7,7 @@ use super::plugins;
 use super::source::Loc;
 use super::xml::MAX_NESTING;
 use crate::description::{
-    Bsdf, BsdfId, BsdfKind, Integrator, Light, LightKind, SceneDescription, Shape, Texture, TextureId,
+    AovKind, Bsdf, BsdfId, BsdfKind, Integrator, Light, LightKind, SceneDescription, Shape, Texture, TextureId,
 };
 use crate::error::{Error, Result};
 use crate::image::Raster;
@@ -24,6 +24,7 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
     let mut b = Builder {
         document,
         lenient: options.lenient,
+        wants_uvs: options.uvs,
         warnings: document.warnings.clone(),
         bsdfs: Vec::new(),
         bsdf_ids: HashMap::new(),
@@ -37,9 +38,10 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
     };
     let root = Params::new(document, 0);
     let integrator = match root.child(Category::Integrator)? {
-        Some((id, _)) => plugins::integrator::integrator(&mut b, id)?,
+        Some((id, _)) => plugins::integrator::integrator(&mut b, id, 0)?,
         None => Integrator::default(),
     };
+    b.wants_uvs |= integrator.aovs.iter().any(|aov| aov.kind == AovKind::Uv);
     let mut cameras = Vec::new();
     for (id, _) in b.distinct(&root, Category::Sensor)? {
         cameras.push(plugins::sensor::sensor(&mut b, id)?);
@@ -55,14 +57,15 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         return Err(document.sources.error(root.object.at, message));
     }
     root.finish(&mut b)?;
-    let Builder { bsdfs, textures, warnings, .. } = b;
-    Ok(SceneDescription { integrator, cameras, bsdfs, textures, shapes, lights, warnings })
+    let Builder { bsdfs, textures, warnings, wants_uvs, .. } = b;
+    Ok(SceneDescription { integrator, cameras, bsdfs, textures, shapes, wants_uvs, lights, warnings })
 }
 
 /// What plugins share while a scene is built.
 pub(crate) struct Builder<'d> {
     pub(crate) document: &'d Document,
     lenient: bool,
+    wants_uvs: bool,
     pub(crate) warnings: Vec<String>,
     bsdfs: Vec<Bsdf>,
     bsdf_ids: HashMap<ObjectId, BsdfId>,
@@ -133,7 +136,12 @@ impl<'d> Builder<'d> {
     /// Whether a shape with this bsdf needs texture coordinates, if only to know its tangents.
     pub(crate) fn needs_uvs(&self, id: BsdfId) -> bool {
         let needs = self.bsdfs[id.0].needs(&self.bsdfs, &self.textures);
-        needs.uvs || needs.tangents
+        needs.uvs || needs.tangents || self.wants_uvs
+    }
+
+    /// Whether every shape needs texture coordinates.
+    pub(crate) fn wants_uvs(&self) -> bool {
+        self.wants_uvs
     }
 
     /// Whether a bsdf lets light through.

@@ -41,6 +41,8 @@ pub struct LoadOptions {
     pub defines: Vec<(String, String)>,
     /// Whether unknown parameters and attributes, and unsupported values that have a near supported one, are warnings.
     pub lenient: bool,
+    /// Whether the texture coordinates of every shape are wanted, not only of those with textures.
+    pub uvs: bool,
 }
 
 /// Reads a Mitsuba 3 XML scene and the meshes it uses, or a mesh (by its name, .obj or .ply), to which a camera and light

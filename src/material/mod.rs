@@ -98,6 +98,22 @@ impl Scatter<'_> {
         }
     }
 
+    /// See [`Bsdf::diffuse_reflectance`]; holes do not count.
+    pub fn diffuse_reflectance(&self, wo: Vec3) -> Rgb {
+        match self {
+            Self::One(bsdf) => bsdf.diffuse_reflectance(wo),
+            Self::Layers(layers) => {
+                let solid = layers.iter().filter(|layer| !matches!(layer.bsdf, Bsdf::Null(_)));
+                let (mut sum, mut weight) = (Rgb::BLACK, 0.0);
+                for layer in solid {
+                    sum += layer.bsdf.diffuse_reflectance(wo) * layer.weight;
+                    weight += layer.weight;
+                }
+                if weight > 0.0 { sum / weight } else { Rgb::BLACK }
+            }
+        }
+    }
+
     /// The lobes of all bsdfs in it.
     #[inline(always)]
     pub fn lobes(&self) -> Lobes {

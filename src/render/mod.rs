@@ -6,6 +6,7 @@
 
 use crate::film::exact::Scale;
 use crate::film::{Dropped, Film};
+use crate::integrator::aov::Aovs;
 use crate::integrator::{Integrator, RayCounts};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -101,10 +102,23 @@ pub fn total_samples(scene: &Scene, settings: &RenderSettings) -> u64 {
 
 /// Renders on the threads of `pool`.
 pub fn render(scene: &Scene, settings: &RenderSettings, pool: &ThreadPool, progress: &Progress) -> Rendered {
+    render_with(scene, settings, &Aovs::default(), pool, progress)
+}
+
+/// Renders on the threads of `pool`, with everything that is to be known beside radiance.
+pub fn render_with(
+    scene: &Scene,
+    settings: &RenderSettings,
+    aovs: &Aovs,
+    pool: &ThreadPool,
+    progress: &Progress,
+) -> Rendered {
     let start = Instant::now();
     progress.started.store(true, Ordering::Relaxed);
     let f = &scene.film;
     let film = Film::new(f.crop, f.filter, f.sample_border, Scale::for_radiance(scene.brightest()));
+    let film = if aovs.is_empty() { film } else { film.with_extras(aovs.extras(scene)) };
+    let job = Job { scene, settings, aovs, film: &film, progress };
     let tiles = film.tile_count() as u64;
     let units = tiles * u64::from(settings.samples.div_ceil(CHUNK));
     let next = AtomicU64::new(0);
@@ -115,7 +129,7 @@ pub fn render(scene: &Scene, settings: &RenderSettings, pool: &ThreadPool, progr
             if unit >= units {
                 break;
             }
-            done += render_unit(scene, settings, &film, unit, progress);
+            done += render_unit(&job, unit);
         }
         done
     });
@@ -127,12 +141,27 @@ pub fn render(scene: &Scene, settings: &RenderSettings, pool: &ThreadPool, progr
     Rendered { film, samples, rays, dropped, time: start.elapsed(), complete }
 }
 
-fn render_unit(scene: &Scene, settings: &RenderSettings, film: &Film, unit: u64, progress: &Progress) -> Done {
+/// What the threads share.
+struct Job<'a> {
+    scene: &'a Scene,
+    settings: &'a RenderSettings,
+    aovs: &'a Aovs,
+    film: &'a Film,
+    progress: &'a Progress,
+}
+
+fn render_unit(job: &Job<'_>, unit: u64) -> Done {
+    let &Job { scene, settings, aovs, film, progress } = job;
     let tiles = film.tile_count() as u64;
     let first = (unit / tiles) as u32 * CHUNK;
     let last = first.saturating_add(CHUNK).min(settings.samples);
     let mut tile = film.start_tile((unit % tiles) as usize);
-    let rays = settings.integrator.sample_tile(scene, &settings.sampler, first..last, &mut tile);
+    let (integrator, sampler) = (&settings.integrator, &settings.sampler);
+    let rays = if aovs.is_empty() {
+        integrator.sample_tile(scene, sampler, first..last, &mut tile)
+    } else {
+        integrator.sample_tile_with(scene, sampler, aovs, first..last, &mut tile)
+    };
     film.add(&tile);
     let samples = tile.bounds().pixels() * u64::from(last - first);
     progress.samples.fetch_add(samples, Ordering::Relaxed);

@@ -17,7 +17,7 @@ pub use surface::Surface;
 
 use crate::accel::{Accel, Hit};
 use crate::camera::Perspective;
-use crate::image::{ComponentFormat, Crop, Filter};
+use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::light::{Light, UniformLightSampler};
 use crate::material::{Graph, Layer, Material, Place, Scatter};
 use crate::math::frame::Frame;
@@ -28,7 +28,7 @@ use crate::shape::surface::ShapePoint;
 use crate::shape::tangent::TangentField;
 use crate::shape::uv::{UvField, UvPoint};
 use crate::texture::{TexturePoint, Textures};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// The picture that the scene's camera takes.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +43,8 @@ pub struct FilmSettings {
     pub sample_border: bool,
     /// Type of an EXR's values.
     pub component_format: ComponentFormat,
+    /// What a file's channels are.
+    pub pixel_format: PixelFormat,
 }
 
 /// What a shape looks like.
@@ -144,6 +146,17 @@ impl Scene {
     #[inline(never)]
     fn anisotropic_frame(&self, field: u32, primitive: u32, n: Vec3, at: SurfacePoint) -> Frame {
         Frame::from_tangent(n, self.tangents[field as usize].at(primitive, &at))
+    }
+
+    /// Texture coordinates where `ray` meets a surface; zero unless the surface has been told to have some.
+    pub fn uv(&self, ray: &Ray, hit: Hit) -> Vec2 {
+        let shape = &self.shapes[hit.shape as usize];
+        let field = self.appearances[hit.shape as usize].uvs.map(|uvs| &self.uvs[uvs as usize]);
+        let at = |field: &UvField| {
+            let point = shape.meet(ray, hit.primitive).point;
+            field.at(shape, hit.primitive, ray, &point).uv
+        };
+        field.map_or(Vec2::ZERO, at)
     }
 
     /// The largest radiance that any light emits, in its largest channel; of a light without size, one of the order

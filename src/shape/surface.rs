@@ -40,10 +40,7 @@ impl Shape {
     fn meet_quadric(&self, ray: &Ray) -> ShapePoint {
         match self {
             Self::Mesh(_) => unreachable!("a mesh is no quadric"),
-            Self::Sphere(sphere) => {
-                let t = sphere.resolve(ray);
-                sphere.point(ray.o.as_dvec3() + t * ray.d.as_dvec3() - sphere.centre.as_dvec3())
-            }
+            Self::Sphere(sphere) => sphere.meet(ray),
             Self::Disk(disk) => disk.meet(ray),
             Self::Cylinder(cylinder) => cylinder.meet(ray),
         }
@@ -115,6 +112,13 @@ impl TriangleMesh {
 }
 
 impl Sphere {
+    /// Where a ray that an accelerator says meets the sphere meets it.
+    #[inline]
+    pub(super) fn meet(&self, ray: &Ray) -> ShapePoint {
+        let t = self.resolve(ray);
+        self.point(ray.o.as_dvec3() + t * ray.d.as_dvec3() - self.centre.as_dvec3())
+    }
+
     /// The point of the sphere in direction `from_centre`, not zero, of any length.
     #[inline]
     pub fn point(&self, from_centre: DVec3) -> ShapePoint {

@@ -5,7 +5,7 @@
 //! (1.2048, 0.9483, 0.9089). The sums are Mitsuba's, sample for sample: a different quadrature would make the
 //! same file a different picture.
 
-use super::cie;
+use super::{Rgb, cie};
 
 /// What a spectrum stands for, which decides how it becomes a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,16 @@ const D65_MEAN: f64 = 98.997_417_518_762_55;
 /// it.
 const XYZ_TO_RGB: [[f64; 3]; 3] =
     [[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041556], [0.055648, -0.204043, 1.057311]];
+
+/// Linear sRGB to CIE XYZ: the inverse, rounded to six decimals likewise.
+const RGB_TO_XYZ: [[f64; 3]; 3] =
+    [[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169], [0.019334, 0.119193, 0.950227]];
+
+/// CIE XYZ of a linear sRGB colour.
+pub fn rgb_to_xyz(colour: Rgb) -> [f32; 3] {
+    let [r, g, b] = colour.to_array().map(f64::from);
+    RGB_TO_XYZ.map(|row| (row[0] * r + row[1] * g + row[2] * b) as f32)
+}
 
 /// A spectrum given by (wavelength in nm, value) pairs of ascending wavelength, linear between them and zero outside.
 ///
@@ -111,6 +121,17 @@ mod tests {
         assert_close(tabulated_to_rgb(&flat, SpectrumRole::Emission).0, [1.19969, 0.94952, 0.903443]);
         let wide = [(360.0, 1.0), (830.0, 1.0)];
         assert_close(tabulated_to_rgb(&wide, SpectrumRole::Emission).0, [1.20488, 0.948228, 0.909267]);
+    }
+
+    #[test]
+    fn xyz_is_the_inverse_of_rgb() {
+        for rgb in [Rgb::WHITE, Rgb::new(0.2, 0.7, 0.1), Rgb::new(30.0, 0.0, 4.0)] {
+            let back = xyz_to_rgb(rgb_to_xyz(rgb).map(f64::from));
+            for (b, v) in back.into_iter().zip(rgb.to_array()) {
+                // Both matrices have six decimals.
+                assert!((b - f64::from(v)).abs() <= 1e-5 * f64::from(rgb.max_component()), "{back:?}, not {rgb:?}");
+            }
+        }
     }
 
     #[test]

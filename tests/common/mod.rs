@@ -53,6 +53,7 @@ pub fn camera(origin: DVec3, target: DVec3, fov: f64, pixels: u32) -> Camera {
         filter: Filter::Box,
         sample_border: false,
         component_format: ComponentFormat::Float,
+        pixel_format: PixelFormat::Rgb,
     };
     Camera {
         at: at(),
@@ -128,6 +129,7 @@ pub fn enclosure(albedo: f32, emission: f32) -> SceneDescription {
         cameras: vec![camera(DVec3::new(0.3, -0.2, 0.5), DVec3::new(-1.0, 0.4, -0.7), 90.0, 24)],
         bsdfs: vec![diffuse(albedo)],
         textures: vec![],
+        wants_uvs: false,
         shapes: walls(DVec3::new(1.0, 0.7, 1.3), emission),
         lights: vec![],
         warnings: vec![],
@@ -163,7 +165,13 @@ pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
     RenderSettings {
         samples,
         sampler: Numbers { kind: SamplerKind::Sobol, seed: 1 },
-        integrator: snell::integrator::Integrator { estimator, max_depth: u32::MAX, rr_depth: 5, hide_emitters: false },
+        integrator: snell::integrator::Integrator {
+            estimator,
+            max_depth: u32::MAX,
+            rr_depth: 5,
+            hide_emitters: false,
+            hide_environment: false,
+        },
     }
 }
 
@@ -207,7 +215,7 @@ pub fn project(path: &str) -> PathBuf {
 /// A scene file of the project, with parameters.
 pub fn load(path: &str, defines: &[(&str, &str)]) -> SceneDescription {
     let defines = defines.iter().map(|(n, v)| ((*n).into(), (*v).into())).collect();
-    let options = snell::loader::LoadOptions { defines, lenient: false };
+    let options = snell::loader::LoadOptions { defines, lenient: false, uvs: false };
     snell::loader::load(&project(path), &options).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 

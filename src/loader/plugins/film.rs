@@ -1,7 +1,7 @@
 //! Films, reconstruction filters and samplers: what belongs to a sensor.
 
 use super::find;
-use crate::description::{ComponentFormat, Crop, Film, Filter, Sampler};
+use crate::description::{ComponentFormat, Crop, Film, Filter, PixelFormat, Sampler};
 use crate::error::Result;
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId};
@@ -67,6 +67,7 @@ pub(crate) fn default_film(sensor: &Params<'_>) -> Film {
         filter: Filter::DEFAULT,
         sample_border: false,
         component_format: ComponentFormat::Half,
+        pixel_format: PixelFormat::Rgb,
     }
 }
 
@@ -74,10 +75,15 @@ fn hdrfilm(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Film> {
     let width = side(p, "width", DEFAULT_SIZE.0)?;
     let height = side(p, "height", DEFAULT_SIZE.1)?;
     let crop = crop(p, width, height)?;
-    let pixels = ["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"];
-    if p.text("pixel_format")?.is_some() && p.choice("pixel_format", &pixels)? != "rgb" {
-        b.approximate(p.at("pixel_format"), "a pixel format other than 'rgb'", "", "'rgb'")?;
-    }
+    let pixel_format =
+        match p.choice("pixel_format", &["rgb", "rgba", "luminance", "luminance_alpha", "xyz", "xyza"])? {
+            "luminance" => PixelFormat::Luminance,
+            "luminance_alpha" => PixelFormat::LuminanceAlpha,
+            "rgba" => PixelFormat::Rgba,
+            "xyz" => PixelFormat::Xyz,
+            "xyza" => PixelFormat::Xyza,
+            _ => PixelFormat::Rgb,
+        };
     if p.choice("file_format", &["openexr", "exr", "rgbe", "pfm"])?.trim_start_matches("open") != "exr" {
         b.approximate(p.at("file_format"), "a file format other than 'openexr'", "", "'openexr'")?;
     }
@@ -93,7 +99,8 @@ fn hdrfilm(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Film> {
     // Sums are exact without being compensated, and pictures have no banner.
     p.boolean("compensate", false)?;
     p.boolean("banner", true)?;
-    Ok(Film { at: p.span(), width, height, crop, filter: filter(b, p)?, sample_border, component_format })
+    let (at, filter) = (p.span(), filter(b, p)?);
+    Ok(Film { at, width, height, crop, filter, sample_border, component_format, pixel_format })
 }
 
 fn side(p: &Params<'_>, name: &'static str, default: u32) -> Result<u32> {

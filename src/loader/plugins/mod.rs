@@ -1,5 +1,6 @@
 //! The plugins: one function each, from parameters to a part of the description, and the tables that name them.
 
+pub(crate) mod aov;
 pub(crate) mod bsdf;
 pub(crate) mod colour;
 pub(crate) mod emitter;

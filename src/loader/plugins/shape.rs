@@ -163,7 +163,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
     let flip_uvs = p.boolean("flip_tex_coords", !is_ply)?;
     let uvs = match p.child(Category::Bsdf)? {
         Some((bsdf, _)) => b.bsdf(bsdf).map(|id| b.needs_uvs(id))?,
-        None => false,
+        None => b.wants_uvs(),
     };
     let to_world = to_world(p)?;
     let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;

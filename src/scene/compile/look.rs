@@ -60,7 +60,8 @@ pub(super) fn compile(
         };
         let needs = description.bsdfs[described.bsdf.0].needs(&description.bsdfs, &description.textures);
         let tangents = needs.tangents.then(|| add(&mut look.tangents, tangents::field(described, shape)));
-        let uvs = needs.uvs.then(|| add(&mut look.uvs, uvs::field(described, &place.to_scene)));
+        let uvs =
+            (needs.uvs || description.wants_uvs).then(|| add(&mut look.uvs, uvs::field(described, &place.to_scene)));
         let is_emitter = described.emission.is_some();
         look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs });
     }

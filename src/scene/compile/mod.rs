@@ -83,6 +83,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         filter: camera.film.filter,
         sample_border: camera.film.sample_border,
         component_format: camera.film.component_format,
+        pixel_format: camera.film.pixel_format,
     };
     let scene = Scene {
         camera: compile_camera(camera, &to_scene)?,

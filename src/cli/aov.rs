@@ -1,0 +1,157 @@
+//! What is written beside the picture: by `--aov`, by the scene's integrators, by the film's pixel format.
+
+use super::args::AovName;
+use crate::description::{self, AovKind};
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::image::{PixelFormat, Plane, PlaneValues};
+use crate::integrator::aov::{Aov, Aovs, Index, Number, Quantity};
+use crate::math::float::saturate_to_f32;
+use crate::scene::Scene;
+use std::collections::BTreeSet;
+
+/// What a channel is made of.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    /// A mean of the film, times a factor; and whether it is a colour.
+    Mean { index: usize, unit: f64, is_colour: bool },
+    /// A whole number of the film.
+    Number(usize),
+    /// The count of samples.
+    Samples,
+}
+
+/// Everything beside the picture.
+#[derive(Default)]
+pub(super) struct Beside {
+    /// What the render is to find out.
+    pub(super) aovs: Aovs,
+    /// Every channel by its name.
+    channels: Vec<(String, Source)>,
+    /// Which mean of the film is alpha, if that is wanted.
+    alpha: Option<usize>,
+}
+
+impl Beside {
+    /// All that `--aov` and the file's integrators ask for, and alpha if the `format` has it.
+    ///
+    /// Fails where two channels would have one name.
+    pub(super) fn new(
+        names: &[AovName],
+        file: &[description::Aov],
+        format: PixelFormat,
+        scene: &Scene,
+    ) -> Result<Self> {
+        let mut beside = Self::default();
+        for name in names {
+            beside.add_named(*name, scene);
+        }
+        for aov in file {
+            match index(aov.kind) {
+                // As in Mitsuba, the first primitive is 0, and so is nothing; the first shape is 1.
+                Some(index) => {
+                    let first = u32::from(index == Index::Shape);
+                    beside.add_number(&aov.names[0], Number { index, first });
+                }
+                None => beside.add_mean(&aov.names, Aov { quantity: quantity(aov.kind), squared: aov.squared }, scene),
+            }
+        }
+        if format.has_alpha() {
+            beside.alpha = Some(beside.aovs.alpha());
+        }
+        let own = format.channels().iter().map(|(name, _)| *name).chain(format.has_alpha().then_some("A"));
+        let mut seen = BTreeSet::new();
+        match own.chain(beside.channels.iter().map(|(name, _)| name.as_str())).find(|name| !seen.insert(*name)) {
+            Some(name) => Err(Error::Usage(format!("two channels of the picture would be called '{name}'"))),
+            None => Ok(beside),
+        }
+    }
+
+    /// Whether there are channels that only some formats can hold.
+    pub(super) fn has_channels(&self) -> bool {
+        !self.channels.is_empty()
+    }
+
+    /// Bytes that a pixel of the film takes for all this.
+    pub(super) fn bytes(&self, scene: &Scene) -> u64 {
+        if self.aovs.is_empty() { 0 } else { self.aovs.extras(scene).bytes() }
+    }
+
+    /// How much of each pixel is covered.
+    pub(super) fn alpha(&self, film: &Film) -> Option<Vec<f32>> {
+        self.alpha.map(|index| film.means(index).into_iter().map(saturate_to_f32).collect())
+    }
+
+    /// The channels beside the picture.
+    pub(super) fn planes(&self, film: &Film) -> Vec<Plane> {
+        let plane = |(name, source): &(String, Source)| {
+            let values = match *source {
+                Source::Mean { index, unit, is_colour } => {
+                    let values = film.means(index).into_iter().map(|v| saturate_to_f32(v * unit)).collect();
+                    if is_colour { PlaneValues::Colour(values) } else { PlaneValues::Float(values) }
+                }
+                Source::Number(index) => PlaneValues::Whole(film.numbers(index)),
+                Source::Samples => PlaneValues::Whole(film.sample_counts()),
+            };
+            Plane { name: name.clone(), values }
+        };
+        self.channels.iter().map(plane).collect()
+    }
+
+    fn add_named(&mut self, name: AovName, scene: &Scene) {
+        let (layer, ends, quantity) = match name {
+            AovName::Albedo => ("albedo", ".R .G .B", Quantity::Albedo),
+            AovName::Normal => ("N", ".X .Y .Z", Quantity::Normal),
+            AovName::ShadingNormal => ("Ns", ".X .Y .Z", Quantity::ShadingNormal),
+            AovName::Depth => ("Z", "", Quantity::Depth),
+            AovName::Position => ("P", ".X .Y .Z", Quantity::Position),
+            AovName::Uv => ("uv", ".U .V", Quantity::Uv),
+            AovName::Primitive => return self.add_number("primitive", Number { index: Index::Primitive, first: 1 }),
+            AovName::Shape => return self.add_number("shape", Number { index: Index::Shape, first: 1 }),
+            AovName::Material => return self.add_number("material", Number { index: Index::Material, first: 1 }),
+            AovName::Samples => {
+                self.aovs.sample_counts = true;
+                return self.channels.push(("samples".into(), Source::Samples));
+            }
+        };
+        let names: Vec<String> = ends.split(' ').map(|end| format!("{layer}{end}")).collect();
+        self.add_mean(&names, Aov { quantity, squared: false }, scene);
+    }
+
+    fn add_mean(&mut self, names: &[String], aov: Aov, scene: &Scene) {
+        let first: usize = self.aovs.means.iter().map(|aov| aov.quantity.components()).sum();
+        let is_colour = matches!(aov.quantity, Quantity::Albedo | Quantity::DiffuseReflectance | Quantity::Radiance);
+        let source = |index| Source::Mean { index, unit: aov.unit(scene), is_colour: is_colour && !aov.squared };
+        self.channels.extend(names.iter().zip(first..).map(|(name, index)| (name.clone(), source(index))));
+        self.aovs.means.push(aov);
+    }
+
+    fn add_number(&mut self, name: &str, number: Number) {
+        self.channels.push((name.into(), Source::Number(self.aovs.numbers.len())));
+        self.aovs.numbers.push(number);
+    }
+}
+
+/// What a file's index counts.
+fn index(kind: AovKind) -> Option<Index> {
+    match kind {
+        AovKind::PrimitiveIndex => Some(Index::Primitive),
+        AovKind::ShapeIndex => Some(Index::Shape),
+        _ => None,
+    }
+}
+
+fn quantity(kind: AovKind) -> Quantity {
+    match kind {
+        AovKind::Albedo => Quantity::DiffuseReflectance,
+        AovKind::Depth => Quantity::DepthFromNear,
+        AovKind::Position => Quantity::Position,
+        AovKind::Uv => Quantity::Uv,
+        AovKind::GeometricNormal => Quantity::Normal,
+        AovKind::ShadingNormal => Quantity::ShadingNormal,
+        AovKind::Radiance => Quantity::Radiance,
+        AovKind::Xyz => Quantity::Xyz,
+        // Indices are no quantities, and do not come here.
+        AovKind::Alpha | AovKind::PrimitiveIndex | AovKind::ShapeIndex => Quantity::Alpha,
+    }
+}

@@ -1,0 +1,113 @@
+//! What a film keeps beside radiance, if asked to: means of other quantities of the same samples, and whole numbers.
+//!
+//! A mean is weighted by the reconstruction filter, as radiance is, and its sum is as independent of order
+//! ([`super::exact`]). A whole number belongs to a pixel, not to what the filter reaches: how many samples it has, or
+//! something that its first sample tells. Numbers of different samples are never mixed.
+
+use super::exact::Scale;
+use super::lock;
+use crate::image::Area;
+use std::sync::Mutex;
+
+/// What to keep.
+#[derive(Clone, Debug, Default)]
+pub struct Extras {
+    /// A scale for each mean.
+    pub means: Vec<Scale>,
+    /// How many whole numbers a pixel's first sample tells.
+    pub numbers: usize,
+}
+
+impl Extras {
+    /// Bytes that a pixel takes.
+    pub fn bytes(&self) -> u64 {
+        (self.means.len() * size_of::<i128>() + (1 + self.numbers) * size_of::<u32>()) as u64
+    }
+}
+
+/// The sums of some pixels.
+#[derive(Debug, Default)]
+pub(super) struct ExtraSums {
+    /// Pixel by pixel: a sum for each mean.
+    sums: Vec<i128>,
+    /// Pixel by pixel: the count of samples, and the numbers.
+    numbers: Vec<u32>,
+}
+
+impl ExtraSums {
+    /// Nothing yet, for so many pixels.
+    pub(super) fn new(extras: &Extras, pixels: usize) -> Self {
+        Self { sums: vec![0; pixels * extras.means.len()], numbers: vec![0; pixels * (1 + extras.numbers)] }
+    }
+
+    /// Adds a sample's values to the means of `pixel`.
+    #[inline]
+    pub(super) fn push(&mut self, extras: &Extras, pixel: usize, values: &[f64], weight: i64) {
+        let n = extras.means.len();
+        for ((sum, scale), &value) in self.sums[pixel * n..(pixel + 1) * n].iter_mut().zip(&extras.means).zip(values) {
+            // Cannot wrap below 2³² samples.
+            *sum = sum.wrapping_add(scale.weighted(value, weight));
+        }
+    }
+
+    /// Counts a sample of `pixel`.
+    pub(super) fn count(&mut self, extras: &Extras, pixel: usize) {
+        self.numbers[pixel * (1 + extras.numbers)] += 1;
+    }
+
+    /// Sets the numbers of `pixel`, once and for all.
+    pub(super) fn set_numbers(&mut self, extras: &Extras, pixel: usize, numbers: &[u32]) {
+        let first = pixel * (1 + extras.numbers) + 1;
+        self.numbers[first..first + extras.numbers].copy_from_slice(numbers);
+    }
+
+    /// Adds `count` pixels of another: its pixels from `theirs` on to those from `mine` on.
+    fn add(&mut self, extras: &Extras, mine: usize, other: &Self, theirs: usize, count: usize) {
+        let n = extras.means.len();
+        let sums = self.sums[mine * n..].iter_mut().zip(&other.sums[theirs * n..(theirs + count) * n]);
+        sums.for_each(|(sum, o)| *sum = sum.wrapping_add(*o));
+        let n = 1 + extras.numbers;
+        let numbers = self.numbers[mine * n..].iter_mut().zip(&other.numbers[theirs * n..(theirs + count) * n]);
+        // Only one buffer has the first sample, and with it the numbers; all others have zeros.
+        numbers.for_each(|(number, o)| *number += *o);
+    }
+}
+
+/// The sums of a whole film, tile by tile.
+pub(super) struct ExtraFilm {
+    pub(super) extras: Extras,
+    /// Empty before the first are added.
+    tiles: Vec<Mutex<ExtraSums>>,
+}
+
+impl ExtraFilm {
+    pub(super) fn new(extras: Extras, tiles: usize) -> Self {
+        Self { extras, tiles: (0..tiles).map(|_| Mutex::default()).collect() }
+    }
+
+    /// Adds to tile `index`, which has the pixels `bounds`, what it shares with a buffer of the pixels `reach`.
+    pub(super) fn add(&self, index: usize, bounds: Area, sums: &ExtraSums, reach: Area) {
+        let mut tile = lock(&self.tiles[index]);
+        if tile.numbers.is_empty() {
+            *tile = ExtraSums::new(&self.extras, bounds.pixels() as usize);
+        }
+        let shared = bounds.intersection(reach);
+        for y in shared.y..shared.y + shared.height.cast_signed() {
+            let (mine, theirs) = (bounds.index(shared.x, y), reach.index(shared.x, y));
+            tile.add(&self.extras, mine, sums, theirs, shared.width as usize);
+        }
+    }
+
+    /// The sums of mean `which` in tile `index`; none where no sample was taken.
+    pub(super) fn sums(&self, index: usize, which: usize) -> Vec<f64> {
+        let tile = lock(&self.tiles[index]);
+        let scale = self.extras.means[which];
+        tile.sums.iter().skip(which).step_by(self.extras.means.len()).map(|&sum| scale.value(sum)).collect()
+    }
+
+    /// Number `which` of the pixels of tile `index`, 0 being the count of samples.
+    pub(super) fn numbers(&self, index: usize, which: usize) -> Vec<u32> {
+        let tile = lock(&self.tiles[index]);
+        tile.numbers.iter().skip(which).step_by(1 + self.extras.numbers).copied().collect()
+    }
+}
