@@ -8,7 +8,7 @@
 
 use super::parameter::{Parameter, not_negative, up_to};
 use super::{BsdfSample, Lobes, NOTHING};
-use crate::math::float::max;
+use crate::math::float::{max, min};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::sampling::warp;
@@ -79,8 +79,9 @@ impl OrenNayar {
         let once = self.scale() * (1.0 + self.roughness * slant);
         let mean = self.scale() * (1.0 + MEAN * self.roughness);
         let often = if mean < 1.0 { mean * self.loss(wo.z) * self.loss(wi.z) / (1.0 - mean) } else { 0.0 };
-        let value =
-            self.reflectance.map(|c| (c * once + c * c / (1.0 - c * (1.0 - mean)) * often) * (FRAC_1_PI * wi.z));
+        let value = self
+            .reflectance
+            .map(|c| (c * once + c * c / (1.0 - min(c, 1.0) * (1.0 - mean)) * often) * (FRAC_1_PI * wi.z));
         let uniform = self.uniform_share();
         let cosine = warp::square_to_cosine_hemisphere_pdf(wi) * (1.0 - uniform);
         (value, SolidAnglePdf(cosine.0 + uniform * warp::square_to_uniform_hemisphere_pdf(wi).0))

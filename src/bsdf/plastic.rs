@@ -8,7 +8,7 @@
 
 use super::parameter::{Parameter, not_negative};
 use super::{BsdfSample, Lobes, NOTHING, fresnel};
-use crate::math::float::sqr;
+use crate::math::float::{min, sqr};
 use crate::math::quadrature::gauss_legendre;
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -36,12 +36,12 @@ pub(super) struct Base {
 }
 
 impl Base {
-    /// ρ / (1 − ρ·R), or, if linear, ρ / (1 − R).
+    /// ρ / (1 − ρ·R), or, if linear, ρ / (1 − R). A base that is brighter than white counts as white in the denominator.
     #[inline]
     pub(super) fn albedo(&self) -> Rgb {
         let inside = self.inside;
         if self.nonlinear {
-            self.reflectance.map(|c| c / (1.0 - c * inside))
+            self.reflectance.map(|c| c / (1.0 - min(c, 1.0) * inside))
         } else {
             self.reflectance / (1.0 - inside)
         }

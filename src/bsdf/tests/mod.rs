@@ -5,6 +5,7 @@ mod falsified;
 mod laws;
 mod mitsuba;
 mod named;
+mod set;
 mod table;
 
 use super::*;

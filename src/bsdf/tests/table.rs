@@ -283,10 +283,9 @@ fn extreme_plastics() -> Vec<(String, Bsdf)> {
 
 fn extreme_principled() -> Vec<(String, Bsdf)> {
     let mut all = Vec::new();
-    // Every corner of the parameters' ranges: a bit each.
-    for corner in 0..1u32 << 11 {
+    // Corners of the parameters' ranges, a bit each: a fifth of them, among which every two bits have every two values.
+    for corner in (0..1u32 << 11).step_by(5) {
         let bit = |i: u32| (corner >> i & 1) as f32;
-        // Cycling through these, every pair of an index with any other parameter is met.
         let eta = [0.25, 1.0 - 1e-7, 1.0, 1.0 + 1e-7, 1.5, 4.0, 100.0][(corner % 7) as usize];
         let disney = Disney {
             base_color: Rgb::splat(bit(0)),
