@@ -10,8 +10,8 @@ const ROWS: [&[&str]; 9] = [
     &["error", "math", "spectrum"],
     &["sampling", "sampler", "image"],
     &["description"],
-    &["loader", "bsdf", "camera", "film", "shape"],
-    &["light", "accel"],
+    &["loader", "bsdf", "camera", "film", "shape", "texture"],
+    &["light", "accel", "material"],
     &["scene"],
     &["integrator"],
     &["render"],
@@ -19,12 +19,14 @@ const ROWS: [&[&str]; 9] = [
 ];
 
 /// What a row allows but the table forbids.
-const FORBIDDEN: [(&str, &[&str]); 8] = [
+const FORBIDDEN: [(&str, &[&str]); 10] = [
     ("bsdf", &["description"]),
     ("camera", &["description"]),
     ("film", &["description"]),
     ("shape", &["description"]),
+    ("texture", &["description"]),
     ("light", &["description"]),
+    ("material", &["description", "shape"]),
     ("accel", &["description"]),
     ("scene", &["film", "loader"]),
     ("integrator", &["loader", "description"]),

@@ -5,7 +5,7 @@
 mod common;
 
 use common::*;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
 use snell::description::Filter;
 use snell::description::{Geometry, SceneDescription};
@@ -104,7 +104,7 @@ fn only_light_sampling_finds_a_point_light() {
 fn lit_by_a_point() -> SceneDescription {
     let mut shapes = closed_cylinder(DAffine3::from_scale(DVec3::new(1.5, 1.2, 1.4)), None);
     shapes.push(shape(
-        Geometry::Sphere { centre: DVec3::new(-0.6, 0.2, -0.4), radius: 0.3, axis: DVec3::Z },
+        Geometry::Sphere { centre: DVec3::new(-0.6, 0.2, -0.4), radius: 0.3, frame: DMat3::IDENTITY },
         DAffine3::IDENTITY,
         0,
         None,

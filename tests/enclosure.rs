@@ -23,7 +23,7 @@ const EXPECTED: f32 = EMISSION / (1.0 - ALBEDO);
 
 /// The same room as one sphere, and a camera that is not in its middle. Rounding puts half of its points inside of it.
 fn sphere() -> SceneDescription {
-    let geometry = Geometry::Sphere { centre: DVec3::new(0.1, -0.3, 0.2), radius: 2.3, axis: DVec3::Z };
+    let geometry = Geometry::Sphere { centre: DVec3::new(0.1, -0.3, 0.2), radius: 2.3, frame: DMat3::IDENTITY };
     let wall = Shape { flip_normals: true, ..shape(geometry, DAffine3::IDENTITY, 0, Some(EMISSION)) };
     SceneDescription { shapes: vec![wall], ..enclosure(ALBEDO, EMISSION) }
 }
@@ -35,7 +35,12 @@ fn mixed() -> SceneDescription {
     let mut scene = enclosure(ALBEDO, EMISSION);
     scene.bsdfs = albedos.into_iter().map(diffuse).collect();
     for (centre, radius) in [(DVec3::new(-0.4, 0.3, -0.6), 0.25), (DVec3::new(-0.5, -0.4, -0.2), 0.2)] {
-        scene.shapes.push(shape(Geometry::Sphere { centre, radius, axis: DVec3::Z }, DAffine3::IDENTITY, 0, None));
+        scene.shapes.push(shape(
+            Geometry::Sphere { centre, radius, frame: DMat3::IDENTITY },
+            DAffine3::IDENTITY,
+            0,
+            None,
+        ));
     }
     for (i, (shape, albedo)) in scene.shapes.iter_mut().zip(albedos).enumerate() {
         shape.bsdf = BsdfId(i);

@@ -5,7 +5,7 @@
 mod common;
 
 use common::*;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use snell::description::*;
 use snell::image::Picture;
 use snell::integrator::Estimator;
@@ -16,7 +16,7 @@ const WALL: f64 = 6.0;
 
 /// A wall, seen past a lamp and a shape whose emitter is black; the corners of the picture miss the wall.
 fn scene() -> SceneDescription {
-    let geometry = Geometry::Sphere { centre: DVec3::new(0.3, 0.2, 4.0), radius: 0.4, axis: DVec3::Z };
+    let geometry = Geometry::Sphere { centre: DVec3::new(0.3, 0.2, 4.0), radius: 0.4, frame: DMat3::IDENTITY };
     let black = DAffine3::from_scale_rotation_translation(
         DVec3::splat(0.3),
         Default::default(),

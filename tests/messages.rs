@@ -364,7 +364,7 @@ fn wrong_descriptions_are_refused() {
         ),
         (
             |s| {
-                s.shapes[0].geometry = Geometry::Sphere { centre: DVec3::ZERO, radius: 1.0, axis: DVec3::Z };
+                s.shapes[0].geometry = Geometry::Sphere { centre: DVec3::ZERO, radius: 1.0, frame: DMat3::IDENTITY };
                 s.shapes[0].to_world = DAffine3::from_scale(DVec3::new(1.0, 1.0, 2.0));
             },
             "test: a sphere's to_world may only move, rotate and scale uniformly",

@@ -6,7 +6,7 @@
 mod common;
 
 use common::*;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
 use snell::description::{Geometry, Light, Mesh, SceneDescription, Shape};
 use snell::integrator::Estimator;
@@ -90,7 +90,7 @@ fn ceilings(light: DVec3) -> Vec<(&'static str, Shape)> {
         ("rectangle's edge", Geometry::Rectangle, at(0.0) * DAffine3::from_translation(DVec3::X)),
         ("disk", Geometry::Disk, at(0.0)),
         ("tilted disk", Geometry::Disk, tilted(-0.3)),
-        ("sphere", Geometry::Sphere { centre: light + 0.4 * DVec3::Z, radius: 0.4, axis: DVec3::Z }, unturned),
+        ("sphere", Geometry::Sphere { centre: light + 0.4 * DVec3::Z, radius: 0.4, frame: DMat3::IDENTITY }, unturned),
         ("cylinder", cylinder, unturned),
         ("corner", Geometry::Mesh(Arc::new(mesh)), corner),
     ]
@@ -172,7 +172,7 @@ fn form_factor_of_a_disk() {
 #[test]
 fn form_factor_of_a_sphere() {
     for (radius, centre) in [(0.5, DVec3::Z), (0.5, DVec3::new(1.0, 0.5, 0.7)), (1e-3, DVec3::new(0.5, 0.1, 0.3))] {
-        let sphere = Geometry::Sphere { centre, radius, axis: DVec3::Z };
+        let sphere = Geometry::Sphere { centre, radius, frame: DMat3::IDENTITY };
         let factor = centre.z / centre.length() * radius * radius / centre.length_squared();
         assert_form_factor(
             &format!("sphere {radius} {centre}"),
@@ -201,7 +201,11 @@ fn powers_of_lights_are_exact() {
     let areas = [
         (Geometry::Rectangle, stretched, 24.0),
         (Geometry::Disk, stretched, 6.0 * PI),
-        (Geometry::Sphere { centre: DVec3::ONE, radius: 0.7, axis: DVec3::Z }, DAffine3::IDENTITY, 4.0 * PI * 0.49),
+        (
+            Geometry::Sphere { centre: DVec3::ONE, radius: 0.7, frame: DMat3::IDENTITY },
+            DAffine3::IDENTITY,
+            4.0 * PI * 0.49,
+        ),
         (
             Geometry::Cylinder { p0: DVec3::ONE, p1: DVec3::ZERO, radius: 0.7 },
             DAffine3::IDENTITY,

@@ -163,37 +163,5 @@ impl Bsdf {
     }
 }
 
-/// A surface's bsdfs: one-sided as the bsdf itself says, or one for each side.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Material {
-    /// Seen from the front (both sides if `back` is `None`: the bsdf itself tells them apart).
-    pub front: Bsdf,
-    /// Seen from the back, in a frame mirrored at the surface so that it believes itself seen from the front.
-    pub back: Option<Bsdf>,
-}
-
-impl Material {
-    /// The bsdf for a viewer on the side of `cos_wo`, the cosine between the shading normal and `wo`; and whether the
-    /// shading normal is to be flipped for it.
-    #[inline]
-    pub fn seen_from(&self, cos_wo: f32) -> (&Bsdf, bool) {
-        match &self.back {
-            Some(back) if cos_wo < 0.0 => (back, true),
-            _ => (&self.front, false),
-        }
-    }
-
-    /// What either side has.
-    pub fn lobes(&self) -> Lobes {
-        let (f, b) = (self.front.lobes(), self.back.as_ref().map_or(self.front.lobes(), Bsdf::lobes));
-        Lobes {
-            smooth: f.smooth || b.smooth,
-            delta: f.delta || b.delta,
-            transmits: f.transmits || b.transmits,
-            anisotropic: f.anisotropic || b.anisotropic,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests;

@@ -49,6 +49,22 @@ pub enum Parameter {
     DiffTrans,
 }
 
+impl Parameter {
+    /// Whether it is a colour; all others are scalars.
+    pub fn is_colour(self) -> bool {
+        matches!(
+            self,
+            Self::Reflectance
+                | Self::SpecularReflectance
+                | Self::SpecularTransmittance
+                | Self::DiffuseReflectance
+                | Self::Eta
+                | Self::K
+                | Self::BaseColor
+        )
+    }
+}
+
 impl Bsdf {
     /// Overrides one parameter. A scalar is the first channel of `value`. What is out of the parameter's range is brought
     /// into it; a parameter that this bsdf does not have is left alone.

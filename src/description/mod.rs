@@ -3,10 +3,16 @@
 //! Loaders make it, [`crate::scene::compile`] reads it; neither Embree nor a bsdf is known here. Colours are already
 //! linear sRGB; everything with a length in it is in the file's units; angles are in degrees where the field says so.
 
+mod bsdf;
+mod texture;
+
+pub use bsdf::{Bsdf, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, SurfaceNeeds, Varying};
+pub use texture::{Texture, TextureKind, Wrap};
+
 use crate::error::Span;
 pub use crate::image::{ComponentFormat, Crop, Filter};
 use crate::spectrum::Rgb;
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
 /// A whole scene file.
@@ -18,6 +24,8 @@ pub struct SceneDescription {
     pub cameras: Vec<Camera>,
     /// Every bsdf that a shape uses, directly or through another bsdf.
     pub bsdfs: Vec<Bsdf>,
+    /// Every texture that one of them uses, directly or through another texture.
+    pub textures: Vec<Texture>,
     /// Every shape.
     pub shapes: Vec<Shape>,
     /// Lights that are not attached to a shape.
@@ -29,6 +37,10 @@ pub struct SceneDescription {
 /// Index into [`SceneDescription::bsdfs`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct BsdfId(pub usize);
+
+/// Index into [`SceneDescription::textures`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TextureId(pub usize);
 
 /// The `<integrator>` of the file.
 #[derive(Clone, Debug)]
@@ -196,8 +208,8 @@ pub enum Geometry {
         centre: DVec3,
         /// Its radius, positive.
         radius: f64,
-        /// Unit vector to its pole: u runs around it.
-        axis: DVec3,
+        /// Its own axes, of unit length: z leads to its pole, and u is 0 towards x.
+        frame: DMat3,
     },
 }
 
@@ -212,113 +224,6 @@ pub struct Mesh {
     pub uvs: Vec<DVec2>,
     /// Vertex indices of each triangle, counter-clockwise seen from the front.
     pub faces: Vec<[u32; 3]>,
-}
-
-/// A bsdf.
-#[derive(Clone, Debug)]
-pub struct Bsdf {
-    /// Where in the file.
-    pub at: Span,
-    /// Its `id`, or empty.
-    pub name: String,
-    /// What it is.
-    pub kind: BsdfKind,
-}
-
-/// The kinds of bsdf, with Mitsuba's parameters. Colours are linear sRGB.
-#[derive(Clone, Debug, PartialEq)]
-pub enum BsdfKind {
-    /// Lambertian, front side only.
-    Diffuse {
-        /// Albedo.
-        reflectance: Rgb,
-    },
-    /// A smooth conductor, front side only.
-    Conductor {
-        /// Real part of the index of refraction relative to the outside.
-        eta: Rgb,
-        /// Imaginary part.
-        k: Rgb,
-        /// Factor on the reflection; 1 is physical.
-        specular_reflectance: Rgb,
-    },
-    /// A rough conductor, front side only.
-    RoughConductor {
-        /// Its microfacets.
-        facets: Microfacets,
-        /// Real part of the index of refraction relative to the outside.
-        eta: Rgb,
-        /// Imaginary part.
-        k: Rgb,
-        /// Factor on the reflection; 1 is physical.
-        specular_reflectance: Rgb,
-    },
-    /// A smooth interface between two dielectrics.
-    Dielectric {
-        /// Index of refraction inside (where the normal does not point).
-        int_ior: f64,
-        /// Index of refraction outside.
-        ext_ior: f64,
-        /// Factor on the reflection; 1 is physical.
-        specular_reflectance: Rgb,
-        /// Factor on the transmission; 1 is physical.
-        specular_transmittance: Rgb,
-    },
-    /// A rough interface between two dielectrics.
-    RoughDielectric {
-        /// Its microfacets.
-        facets: Microfacets,
-        /// Index of refraction inside (where the normal does not point).
-        int_ior: f64,
-        /// Index of refraction outside; another than inside.
-        ext_ior: f64,
-        /// Factor on the reflection; 1 is physical.
-        specular_reflectance: Rgb,
-        /// Factor on the transmission; 1 is physical.
-        specular_transmittance: Rgb,
-    },
-    /// One-sided bsdfs made two-sided.
-    TwoSided {
-        /// Seen from the front.
-        front: BsdfId,
-        /// Seen from the back.
-        back: BsdfId,
-    },
-}
-
-impl BsdfKind {
-    /// Whether it matters where the tangents of a surface point. `bsdfs` are those that it may refer to.
-    pub fn is_anisotropic(&self, bsdfs: &[Bsdf]) -> bool {
-        match self {
-            Self::RoughConductor { facets, .. } | Self::RoughDielectric { facets, .. } => {
-                facets.alpha_u != facets.alpha_v
-            }
-            Self::TwoSided { front, back } => {
-                [front, back].into_iter().any(|side| bsdfs[side.0].kind.is_anisotropic(bsdfs))
-            }
-            Self::Diffuse { .. } | Self::Conductor { .. } | Self::Dielectric { .. } => false,
-        }
-    }
-}
-
-/// A distribution of microfacets.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Microfacets {
-    /// Its shape.
-    pub distribution: MicrofacetDistribution,
-    /// Roughness α (the square of what artists call roughness) along ∂p/∂u, not negative.
-    pub alpha_u: f64,
-    /// Roughness across it.
-    pub alpha_v: f64,
-}
-
-/// The shapes of a distribution of microfacets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MicrofacetDistribution {
-    /// Beckmann's.
-    Beckmann,
-    /// GGX, that is, Trowbridge's and Reitz'.
-    Ggx,
 }
 
 /// A light that is not attached to a shape.

@@ -13,6 +13,9 @@ const MAX_PIXELS: u64 = 1 << 28;
 /// Largest file in bytes: more than [`MAX_PIXELS`] of four float channels; protects against reading a device.
 const MAX_BYTES: u64 = 8 << 30;
 
+/// The layers of an OpenEXR file.
+pub(super) type Layers = exr::prelude::SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>;
+
 /// A picture from a file.
 #[derive(Clone, Debug)]
 pub struct PictureFile {
@@ -44,7 +47,8 @@ pub fn read(path: &Path) -> Result<PictureFile> {
     read.map_err(|e| Error::file(path, format!("cannot read the picture: {e}")))
 }
 
-fn check_size(width: usize, height: usize) -> std::result::Result<(u32, u32), String> {
+/// Width and height as numbers of 32 bits, unless there are too many pixels.
+pub(super) fn check_size(width: usize, height: usize) -> std::result::Result<(u32, u32), String> {
     match (u32::try_from(width), u32::try_from(height)) {
         (Ok(w), Ok(h)) if w > 0 && h > 0 && u64::from(w) * u64::from(h) <= MAX_PIXELS => Ok((w, h)),
         _ => Err(format!("{width}x{height} pixels are too many; at most {MAX_PIXELS} can be read")),
@@ -52,6 +56,15 @@ fn check_size(width: usize, height: usize) -> std::result::Result<(u32, u32), St
 }
 
 fn read_exr(bytes: &[u8]) -> std::result::Result<PictureFile, String> {
+    let layers = read_exr_layers(bytes)?;
+    layers
+        .iter()
+        .find_map(picture_of)
+        .ok_or_else(|| format!("it has neither channels R, G, B nor Y, but {}", channel_names(&layers)))
+}
+
+/// All layers of an OpenEXR file that is not too large, at full resolution.
+pub(super) fn read_exr_layers(bytes: &[u8]) -> std::result::Result<Layers, String> {
     let pedantic = false;
     let meta = exr::meta::MetaData::read_from_buffered(bytes, pedantic).map_err(|e| e.to_string())?;
     for header in &meta.headers {
@@ -66,11 +79,7 @@ fn read_exr(bytes: &[u8]) -> std::result::Result<PictureFile, String> {
         .non_parallel()
         .from_buffered(std::io::Cursor::new(bytes))
         .map_err(|e| e.to_string())?;
-    image
-        .layer_data
-        .iter()
-        .find_map(picture_of)
-        .ok_or_else(|| format!("it has neither channels R, G, B nor Y, but {}", channel_names(&image.layer_data)))
+    Ok(image.layer_data)
 }
 
 fn channel_names(layers: &[Layer<AnyChannels<FlatSamples>>]) -> String {

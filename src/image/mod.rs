@@ -6,11 +6,13 @@ mod filter;
 mod input;
 mod output;
 mod png_file;
+mod raster;
 
 pub use exr_file::Metadata;
 pub use filter::Filter;
 pub use input::{PictureFile, read as read_picture};
 pub use output::{Format, OutputFile, Reserved, WriteOptions};
+pub use raster::Raster;
 
 use crate::spectrum::Rgb;
 

@@ -2,7 +2,8 @@
 //! meet, are sampled as themselves. The noisiest, and the hardest to get wrong.
 
 use super::Technique;
-use crate::bsdf::{Bsdf, BsdfSample};
+use crate::bsdf::BsdfSample;
+use crate::material::Scatter;
 use crate::sampler::BsdfUniforms;
 use crate::sampling::warp;
 use glam::Vec3;
@@ -14,7 +15,7 @@ impl Technique for Naive {
     const SAMPLES_LIGHTS: bool = false;
 
     #[inline]
-    fn sample_bsdf(bsdf: &Bsdf, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+    fn sample_bsdf(bsdf: &Scatter<'_>, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
         let lobes = bsdf.lobes();
         if lobes.delta {
             return bsdf.sample(wo, u);

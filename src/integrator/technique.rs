@@ -1,6 +1,7 @@
 //! What tells estimators apart: how a path vertex samples directions, and how much each way of finding a light counts.
 
-use crate::bsdf::{Bsdf, BsdfSample};
+use crate::bsdf::BsdfSample;
+use crate::material::Scatter;
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use glam::Vec3;
@@ -12,7 +13,7 @@ pub trait Technique {
 
     /// How the path goes on; `None` where it ends.
     #[inline(always)]
-    fn sample_bsdf(bsdf: &Bsdf, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+    fn sample_bsdf(bsdf: &Scatter<'_>, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
         bsdf.sample(wo, u)
     }
 

@@ -16,6 +16,7 @@ use super::technique::Technique;
 use crate::accel::{Hit, Start};
 use crate::film::SampleId;
 use crate::light::Light;
+use crate::material::Layer;
 use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
 use crate::sampler::{Batch, BsdfUniforms, LightUniforms, Sampler};
@@ -92,6 +93,8 @@ struct Wave {
     shadow_ends: Vec<[Hit; 2]>,
     pending: Vec<Pending>,
     occluded: Vec<bool>,
+    /// Room for the layers of one surface.
+    layers: Vec<Layer>,
     /// Uniform numbers of the vertex at hand, and of the film before there is one.
     bsdf_numbers: Batch,
     light_numbers: Batch,
@@ -234,7 +237,7 @@ impl Walker<'_> {
         if last && self.scene.appearances[hit.shape as usize].light.is_none() {
             return end(path, "the depth limit", record);
         }
-        let surface = self.scene.surface(&path.ray, hit);
+        let surface = self.scene.surface(&path.ray, hit, &mut wave.layers);
         // Light that the path ran into, weighted against sampling it.
         self.find_light::<T>(path, &surface, record);
         if last {
@@ -254,7 +257,7 @@ impl Walker<'_> {
         }
         // Go on by the bsdf, or end.
         let uniforms = wave.bsdf_numbers.bsdf(index);
-        let Some(sample) = T::sample_bsdf(surface.bsdf, wo, uniforms) else {
+        let Some(sample) = T::sample_bsdf(&surface.bsdf, wo, uniforms) else {
             return end(path, "the bsdf sample carries no energy", record);
         };
         path.throughput *= sample.weight;

@@ -63,6 +63,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         integrator: Integrator::default(),
         cameras: Vec::new(),
         bsdfs: Vec::new(),
+        textures: Vec::new(),
         shapes: Vec::new(),
         lights: Vec::new(),
         warnings: Vec::new(),
@@ -163,7 +164,7 @@ fn part(mesh: &Mesh, mut faces: Vec<[u32; 3]>) -> Mesh {
 /// Adds a bsdf that shows from both sides, as glass does anyway.
 fn add_two_sided(scene: &mut SceneDescription, at: &Span, name: &str, kind: BsdfKind) -> BsdfId {
     let mut add = |kind: BsdfKind| {
-        scene.bsdfs.push(Bsdf { at: at.clone(), name: name.into(), kind });
+        scene.bsdfs.push(Bsdf { at: at.clone(), name: name.into(), kind, varying: Vec::new() });
         BsdfId(scene.bsdfs.len() - 1)
     };
     let transmits = matches!(kind, BsdfKind::Dielectric { .. });
@@ -250,7 +251,7 @@ impl View {
             DAffine3::from_mat3_translation(lying, DVec3 { y: self.floor - GAP * self.radius, ..self.centre });
         let (direction, distance, radius, radiance) = LAMP;
         let centre = self.centre + direction.normalize() * (distance * self.radius);
-        let lamp = Geometry::Sphere { centre, radius: radius * self.radius, axis: DVec3::Z };
+        let lamp = Geometry::Sphere { centre, radius: radius * self.radius, frame: DMat3::IDENTITY };
         scene.shapes.extend([floor, shape(at, "lamp", lamp, black, Some(radiance))]);
         scene.lights.push(Light { at: at.clone(), kind: LightKind::Constant { radiance: SKY } });
     }

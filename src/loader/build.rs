@@ -6,10 +6,15 @@ use super::params::Params;
 use super::plugins;
 use super::source::Loc;
 use super::xml::MAX_NESTING;
-use crate::description::{Bsdf, BsdfId, BsdfKind, Integrator, Light, LightKind, SceneDescription, Shape};
-use crate::error::Result;
+use crate::description::{
+    Bsdf, BsdfId, BsdfKind, Integrator, Light, LightKind, SceneDescription, Shape, Texture, TextureId,
+};
+use crate::error::{Error, Result};
+use crate::image::Raster;
 use crate::spectrum::Rgb;
 use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// The reflectance of a shape that has no bsdf.
 const DEFAULT_REFLECTANCE: f32 = 0.5;
@@ -26,6 +31,9 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         depth: 0,
         attached: HashSet::new(),
         meshes: HashMap::new(),
+        textures: Vec::new(),
+        texture_ids: HashMap::new(),
+        pictures: HashMap::new(),
     };
     let root = Params::new(document, 0);
     let integrator = match root.child(Category::Integrator)? {
@@ -47,8 +55,8 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         return Err(document.sources.error(root.object.at, message));
     }
     root.finish(&mut b)?;
-    let Builder { bsdfs, warnings, .. } = b;
-    Ok(SceneDescription { integrator, cameras, bsdfs, shapes, lights, warnings })
+    let Builder { bsdfs, textures, warnings, .. } = b;
+    Ok(SceneDescription { integrator, cameras, bsdfs, textures, shapes, lights, warnings })
 }
 
 /// What plugins share while a scene is built.
@@ -64,6 +72,10 @@ pub(crate) struct Builder<'d> {
     /// Emitters that belong to a shape.
     attached: HashSet<ObjectId>,
     pub(crate) meshes: HashMap<plugins::shape::MeshKey, plugins::shape::LoadedMesh>,
+    textures: Vec<Texture>,
+    texture_ids: HashMap<ObjectId, TextureId>,
+    /// Pictures by file and whether their numbers are taken as they are.
+    pictures: HashMap<(PathBuf, bool), Arc<Raster>>,
 }
 
 impl<'d> Builder<'d> {
@@ -106,7 +118,8 @@ impl<'d> Builder<'d> {
         let kind = plugins::find(self.document, id, plugins::bsdf::BSDFS).and_then(|make| make(self, &params));
         self.depth -= 1;
         let kind = kind?;
-        let made = self.add_bsdf(Bsdf { at: params.span(), name: params.object.id.clone(), kind });
+        let (name, varying) = (params.object.id.clone(), params.take_varying());
+        let made = self.add_bsdf(Bsdf { at: params.span(), name, kind, varying });
         params.finish(self)?;
         self.bsdf_ids.insert(id, made);
         Ok(made)
@@ -117,9 +130,52 @@ impl<'d> Builder<'d> {
         &self.bsdfs[id.0].kind
     }
 
-    /// Whether a shape with this bsdf needs texture coordinates to know its tangents.
-    pub(crate) fn is_anisotropic(&self, id: BsdfId) -> bool {
-        self.bsdf_kind(id).is_anisotropic(&self.bsdfs)
+    /// Whether a shape with this bsdf needs texture coordinates, if only to know its tangents.
+    pub(crate) fn needs_uvs(&self, id: BsdfId) -> bool {
+        let needs = self.bsdfs[id.0].needs(&self.bsdfs, &self.textures);
+        needs.uvs || needs.tangents
+    }
+
+    /// Whether a bsdf lets light through.
+    pub(crate) fn transmits(&self, id: BsdfId) -> bool {
+        self.bsdfs[id.0].transmits(&self.bsdfs)
+    }
+
+    /// The texture of an object, made when it is first asked for.
+    pub(crate) fn texture(&mut self, id: ObjectId) -> Result<TextureId> {
+        if let Some(texture) = self.texture_ids.get(&id) {
+            return Ok(*texture);
+        }
+        if self.depth >= MAX_NESTING {
+            let message = format!("textures are nested more than {MAX_NESTING} deep");
+            return Err(self.document.sources.error(self.document.objects[id].at, message));
+        }
+        self.depth += 1;
+        let made = plugins::texture::texture(self, id);
+        self.depth -= 1;
+        let made = made?;
+        self.texture_ids.insert(id, made);
+        Ok(made)
+    }
+
+    pub(crate) fn add_texture(&mut self, texture: Texture) -> TextureId {
+        self.textures.push(texture);
+        TextureId(self.textures.len() - 1)
+    }
+
+    /// The picture in a file, read when it is first asked for.
+    pub(crate) fn picture(&mut self, path: PathBuf, raw: bool, at: Loc) -> Result<Arc<Raster>> {
+        let path = path.canonicalize().unwrap_or(path);
+        if let Some(picture) = self.pictures.get(&(path.clone(), raw)) {
+            return Ok(picture.clone());
+        }
+        let picture = Raster::read(&path, raw).map_err(|e| match e {
+            Error::File { message, .. } => self.document.sources.error(at, format!("'{}': {message}", path.display())),
+            other => other,
+        })?;
+        let picture = Arc::new(picture);
+        self.pictures.insert((path, raw), picture.clone());
+        Ok(picture)
     }
 
     /// What a shape without a bsdf has: grey, or black if it is a light.
@@ -129,7 +185,7 @@ impl<'d> Builder<'d> {
         }
         let reflectance = Rgb::splat(if is_light { 0.0 } else { DEFAULT_REFLECTANCE });
         let kind = BsdfKind::Diffuse { reflectance };
-        let id = self.add_bsdf(Bsdf { at: shape.span(), name: String::new(), kind });
+        let id = self.add_bsdf(Bsdf { at: shape.span(), name: String::new(), kind, varying: Vec::new() });
         self.default_bsdfs[usize::from(is_light)] = Some(id);
         id
     }

@@ -4,6 +4,7 @@ use super::build::Builder;
 use super::document::{Category, Document, Object, ObjectId, Param, Value};
 use super::source::Loc;
 use super::suggest::suggestion;
+use crate::description::{Parameter, TextureId};
 use crate::error::{Error, Result, Span};
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
@@ -14,11 +15,13 @@ pub(crate) struct Params<'d> {
     pub(crate) object: &'d Object,
     /// Every name that the plugin asked for: what the object could have.
     asked: RefCell<Vec<&'static str>>,
+    /// The parameters that textures give.
+    varying: RefCell<Vec<(Parameter, TextureId)>>,
 }
 
 impl<'d> Params<'d> {
     pub(crate) fn new(document: &'d Document, id: ObjectId) -> Self {
-        Self { document, object: &document.objects[id], asked: RefCell::default() }
+        Self { document, object: &document.objects[id], asked: RefCell::default(), varying: RefCell::default() }
     }
 
     /// For messages: `bsdf 'diffuse'`.
@@ -47,6 +50,16 @@ impl<'d> Params<'d> {
         let param = self.object.params.iter().find(|p| p.name == name)?;
         param.used.set(true);
         Some(param)
+    }
+
+    /// Notes that a texture gives a parameter.
+    pub(crate) fn vary(&self, parameter: Parameter, texture: TextureId) {
+        self.varying.borrow_mut().push((parameter, texture));
+    }
+
+    /// The parameters that textures give.
+    pub(crate) fn take_varying(&self) -> Vec<(Parameter, TextureId)> {
+        self.varying.take()
     }
 
     /// Accepts parameters that do not change the picture.

@@ -74,6 +74,13 @@ impl Set {
 pub struct BsdfUniforms(Set);
 
 impl BsdfUniforms {
+    /// The same with another number for the choice of the lobe.
+    #[must_use]
+    pub fn with_lobe(mut self, lobe: f32) -> Self {
+        self.0.0[2] = lobe;
+        self
+    }
+
     /// Direction.
     #[inline]
     pub fn direction(&self) -> Vec2 {

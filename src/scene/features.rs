@@ -17,6 +17,8 @@ pub struct Features {
     pub transmission: bool,
     /// Some bsdf depends on where tangents point, which are then computed.
     pub anisotropy: bool,
+    /// Textures.
+    pub textures: u64,
     /// Lights on surfaces.
     pub area_lights: u64,
     /// Lights at infinity.

@@ -16,15 +16,18 @@ pub use features::Features;
 pub use surface::Surface;
 
 use crate::accel::{Accel, Hit};
-use crate::bsdf::Material;
 use crate::camera::Perspective;
 use crate::image::{ComponentFormat, Crop, Filter};
 use crate::light::{Light, UniformLightSampler};
+use crate::material::{Graph, Layer, Material, Place, Scatter};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use crate::shape::offset::SurfacePoint;
+use crate::shape::surface::ShapePoint;
 use crate::shape::tangent::TangentField;
+use crate::shape::uv::{UvField, UvPoint};
+use crate::texture::{TexturePoint, Textures};
 use glam::{DVec3, Vec3};
 
 /// The picture that the scene's camera takes.
@@ -51,8 +54,10 @@ pub struct Appearance {
     pub light: Option<u32>,
     /// Whether the file gives it an emitter, be it a black one: then `hide_emitters` hides it.
     pub is_emitter: bool,
-    /// Index into [`Scene::tangents`], if its material is anisotropic.
+    /// Index into [`Scene::tangents`], if its material depends on them.
     pub tangents: Option<u32>,
+    /// Index into [`Scene::uvs`], if its material is textured.
+    pub uvs: Option<u32>,
 }
 
 /// A compiled scene.
@@ -67,8 +72,12 @@ pub struct Scene {
     pub appearances: Vec<Appearance>,
     /// Every surface description in use.
     pub materials: Vec<Material>,
-    /// Tangents of every shape whose material is anisotropic.
+    /// Every texture in use.
+    pub textures: Textures,
+    /// Tangents of every shape whose material depends on them.
     pub tangents: Vec<TangentField>,
+    /// Texture coordinates of every shape whose material is textured.
+    pub uvs: Vec<UvField>,
     /// Every light that is not black.
     pub lights: Vec<Light>,
     /// Which of them are at infinity.
@@ -87,10 +96,15 @@ pub struct Scene {
 
 impl Scene {
     /// The surface that `ray` meets, as seen from its origin.
+    ///
+    /// `layers` is room for the layers of a material that varies; what is in it does not matter.
     #[inline(always)]
-    pub fn surface(&self, ray: &Ray, hit: Hit) -> Surface<'_> {
+    pub fn surface<'a>(&'a self, ray: &Ray, hit: Hit, layers: &'a mut Vec<Layer>) -> Surface<'a> {
         let appearance = self.appearances[hit.shape as usize];
-        let material = &self.materials[appearance.material as usize];
+        let material = match &self.materials[appearance.material as usize] {
+            Material::Plain(sides) => sides,
+            Material::Varying(graph) => return self.varying_surface(ray, hit, graph, layers),
+        };
         // Twice the same: a point that came from either would have to be put into memory, and read too soon after.
         let mut surface = match &self.shapes[hit.shape as usize] {
             Shape::Mesh(mesh) => Surface::new(mesh.meet(ray, hit.primitive), -ray.d, material, appearance.light),
@@ -100,6 +114,29 @@ impl Scene {
             surface.frame = self.anisotropic_frame(field, hit.primitive, surface.frame.n, surface.point);
         }
         surface
+    }
+
+    /// A surface whose material is worked out for the point: not inlined, as most scenes have none.
+    #[inline(never)]
+    fn varying_surface<'a>(&'a self, ray: &Ray, hit: Hit, graph: &Graph, layers: &'a mut Vec<Layer>) -> Surface<'a> {
+        let appearance = self.appearances[hit.shape as usize];
+        let shape = &self.shapes[hit.shape as usize];
+        let ShapePoint { point, shading_normal } = shape.meet(ray, hit.primitive);
+        let at = appearance.uvs.map(|uvs| self.uvs[uvs as usize].at(shape, hit.primitive, ray, &point));
+        let frame = match (appearance.tangents, &at) {
+            (None, _) => Frame::from_normal(shading_normal),
+            // Along ∂p/∂u with its sign, which matters to a normal map.
+            (Some(_), Some(UvPoint { dp: [dpdu, _], .. })) => Frame::from_tangent(shading_normal, *dpdu),
+            (Some(field), None) => self.anisotropic_frame(field, hit.primitive, shading_normal, point),
+        };
+        let UvPoint { uv, dp } = at.unwrap_or_default();
+        let place = Place { point: TexturePoint { uv }, wo: frame.to_local(-ray.d), dp: dp.map(|d| frame.to_local(d)) };
+        graph.resolve(&self.textures, &place, layers);
+        let bsdf = match &layers[..] {
+            [Layer { bsdf, perturbation: None, .. }] => Scatter::One(bsdf),
+            layers => Scatter::Layers(layers),
+        };
+        Surface { point, frame, wo: -ray.d, bsdf, light: appearance.light }
     }
 
     /// The frame of the shading normal `n` along the tangents of a shape. Not inlined, and given copies: most scenes have

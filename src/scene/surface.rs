@@ -1,7 +1,7 @@
 //! What a path needs to know of the point it has reached.
 
-use crate::bsdf::{Bsdf, Material};
 use crate::light::LightSample;
+use crate::material::{Scatter, Sides};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::shape::offset::SurfacePoint;
@@ -17,21 +17,21 @@ pub struct Surface<'a> {
     pub frame: Frame,
     /// Direction to the viewer, world space.
     pub wo: Vec3,
-    /// The bsdf on the viewer's side.
-    pub bsdf: &'a Bsdf,
+    /// How it scatters, on the viewer's side.
+    pub bsdf: Scatter<'a>,
     /// Index of the light that the surface is, if any.
     pub light: Option<u32>,
 }
 
 impl<'a> Surface<'a> {
     #[inline(always)]
-    pub(super) fn new(shape: ShapePoint, wo: Vec3, material: &'a Material, light: Option<u32>) -> Self {
+    pub(super) fn new(shape: ShapePoint, wo: Vec3, material: &'a Sides, light: Option<u32>) -> Self {
         let mut frame = Frame::from_normal(shape.shading_normal);
         let (bsdf, mirrored) = material.seen_from(frame.n.dot(wo));
         if mirrored {
             frame.n = -frame.n;
         }
-        Self { point: shape.point, frame, wo, bsdf, light }
+        Self { point: shape.point, frame, wo, bsdf: Scatter::One(bsdf), light }
     }
 
     /// The point, in the compiled scene's space.

@@ -11,6 +11,7 @@ pub mod surface;
 pub mod tangent;
 pub mod touch;
 pub mod triangle;
+pub mod uv;
 
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;

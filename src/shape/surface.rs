@@ -55,12 +55,20 @@ impl TriangleMesh {
     #[inline(always)]
     pub(crate) fn meet(&self, ray: &Ray, face: u32) -> ShapePoint {
         let triangle = self.corner(face);
-        let b = triangle::barycentrics(ray, &triangle);
-        let b = b.unwrap_or_else(|| {
+        self.at(face, &triangle, self.barycentrics_on(ray, face, &triangle))
+    }
+
+    /// Barycentric coordinates of the point where `ray` meets triangle `face`.
+    pub(crate) fn barycentrics(&self, ray: &Ray, face: u32) -> [f64; 3] {
+        self.barycentrics_on(ray, face, &self.corner(face))
+    }
+
+    #[inline(always)]
+    fn barycentrics_on(&self, ray: &Ray, face: u32, triangle: &Corner) -> [f64; 3] {
+        triangle::barycentrics(ray, triangle).unwrap_or_else(|| {
             let [v0, v1, v2] = self.triangle(face);
             triangle::resolve(ray, v0, v1, v2).b
-        });
-        self.at(face, &triangle, b)
+        })
     }
 
     /// The point of triangle `face` with these barycentric coordinates.

@@ -80,7 +80,7 @@ pub fn shape(geometry: Geometry, to_world: DAffine3, bsdf: usize, emission: Opti
 }
 
 pub fn diffuse(albedo: f32) -> Bsdf {
-    Bsdf { at: at(), name: String::new(), kind: BsdfKind::Diffuse { reflectance: Rgb::splat(albedo) } }
+    Bsdf { at: at(), name: String::new(), kind: BsdfKind::Diffuse { reflectance: Rgb::splat(albedo) }, varying: vec![] }
 }
 
 /// The six walls of the box [−1, 1]³ · `half`, seen from inside.
@@ -127,6 +127,7 @@ pub fn enclosure(albedo: f32, emission: f32) -> SceneDescription {
         integrator: Integrator::default(),
         cameras: vec![camera(DVec3::new(0.3, -0.2, 0.5), DVec3::new(-1.0, 0.4, -0.7), 90.0, 24)],
         bsdfs: vec![diffuse(albedo)],
+        textures: vec![],
         shapes: walls(DVec3::new(1.0, 0.7, 1.3), emission),
         lights: vec![],
         warnings: vec![],

@@ -1,7 +1,8 @@
 //! Bsdfs.
 
 use super::colour::colour;
-use crate::description::{BsdfId, BsdfKind, MicrofacetDistribution, Microfacets};
+use super::texture::{required_texture, vary, varying};
+use crate::description::{BsdfId, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter};
 use crate::error::Result;
 use crate::loader::build::Builder;
 use crate::loader::conductors::{conductor, conductor_names};
@@ -15,9 +16,13 @@ type BsdfFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<BsdfKind>;
 
 /// The supported bsdf plugins.
 pub(crate) const BSDFS: &[(&str, BsdfFn)] = &[
+    ("blendbsdf", blend),
+    ("bumpmap", bumpmap),
     ("conductor", smooth_conductor),
     ("dielectric", dielectric),
     ("diffuse", diffuse),
+    ("mask", mask),
+    ("normalmap", normalmap),
     ("roughconductor", rough_conductor),
     ("roughdielectric", rough_dielectric),
     ("twosided", twosided),
@@ -26,6 +31,9 @@ pub(crate) const BSDFS: &[(&str, BsdfFn)] = &[
 /// Reflectance of `diffuse` unless given.
 const DEFAULT_REFLECTANCE: f32 = 0.5;
 
+/// Weight of a blend and opacity of a mask unless given.
+const DEFAULT_WEIGHT: f64 = 0.5;
+
 /// Roughness α unless given.
 const DEFAULT_ALPHA: f64 = 0.1;
 
@@ -33,20 +41,23 @@ const DEFAULT_ALPHA: f64 = 0.1;
 const MAX_ALPHA: f64 = 1e6;
 
 fn diffuse(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
-    let reflectance = reflectance(b, p, "reflectance")?.unwrap_or(Rgb::splat(DEFAULT_REFLECTANCE));
+    let reflectance =
+        reflectance(b, p, Parameter::Reflectance, "reflectance")?.unwrap_or(Rgb::splat(DEFAULT_REFLECTANCE));
     Ok(BsdfKind::Diffuse { reflectance })
 }
 
 fn smooth_conductor(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     let (eta, k) = complex_ior(b, p)?;
-    let specular_reflectance = reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE);
+    let specular_reflectance =
+        reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?.unwrap_or(Rgb::WHITE);
     Ok(BsdfKind::Conductor { eta, k, specular_reflectance })
 }
 
 fn rough_conductor(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     let facets = microfacets(b, p)?;
     let (eta, k) = complex_ior(b, p)?;
-    let specular_reflectance = reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE);
+    let specular_reflectance =
+        reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?.unwrap_or(Rgb::WHITE);
     Ok(BsdfKind::RoughConductor { facets, eta, k, specular_reflectance })
 }
 
@@ -74,12 +85,19 @@ fn microfacets(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Microfacets> {
 }
 
 fn roughness(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<Option<f64>> {
-    let is_texture = p.find(name).is_some_and(|param| matches!(param.value, Value::Child(_)));
-    if is_texture {
-        b.approximate(p.at(name), "a texture as roughness", "; write a <float>", "the default roughness")?;
+    let parameters: &[Parameter] = match name {
+        "alpha_u" => &[Parameter::AlphaU],
+        "alpha_v" => &[Parameter::AlphaV],
+        _ => &[Parameter::AlphaU, Parameter::AlphaV],
+    };
+    if vary(b, p, name, parameters)? {
         return Ok(Some(DEFAULT_ALPHA));
     }
-    let value = p.float(name)?;
+    let value = match p.find(name).map(|param| &param.value) {
+        // A texture of one colour.
+        Some(Value::Child(_)) => colour(b, p, name, SpectrumRole::Index)?.map(|c| f64::from(c.luminance())),
+        _ => p.float(name)?,
+    };
     if value.is_some_and(|v| !(0.0..=MAX_ALPHA).contains(&v)) {
         return Err(p.error(name, format!("'{name}' must be between 0 and {MAX_ALPHA}")));
     }
@@ -106,8 +124,10 @@ fn dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     Ok(BsdfKind::Dielectric {
         int_ior: ior(p, "int_ior", "bk7")?,
         ext_ior: ior(p, "ext_ior", "air")?,
-        specular_reflectance: reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE),
-        specular_transmittance: reflectance(b, p, "specular_transmittance")?.unwrap_or(Rgb::WHITE),
+        specular_reflectance: reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?
+            .unwrap_or(Rgb::WHITE),
+        specular_transmittance: reflectance(b, p, Parameter::SpecularTransmittance, "specular_transmittance")?
+            .unwrap_or(Rgb::WHITE),
     })
 }
 
@@ -121,8 +141,10 @@ fn rough_dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
         facets,
         int_ior,
         ext_ior,
-        specular_reflectance: reflectance(b, p, "specular_reflectance")?.unwrap_or(Rgb::WHITE),
-        specular_transmittance: reflectance(b, p, "specular_transmittance")?.unwrap_or(Rgb::WHITE),
+        specular_reflectance: reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?
+            .unwrap_or(Rgb::WHITE),
+        specular_transmittance: reflectance(b, p, Parameter::SpecularTransmittance, "specular_transmittance")?
+            .unwrap_or(Rgb::WHITE),
     })
 }
 
@@ -147,13 +169,13 @@ fn twosided(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     let mut sides = Vec::new();
     for (id, at) in &children {
         let made = b.bsdf(*id)?;
+        if b.transmits(made) {
+            return Err(b.document.sources.error(*at, "twosided takes only bsdfs that do not transmit"));
+        }
         sides.push(match b.bsdf_kind(made) {
             // Each side is seen as a front: of a two-sided one inside only the front can be seen.
             BsdfKind::TwoSided { front, .. } => *front,
-            BsdfKind::Dielectric { .. } | BsdfKind::RoughDielectric { .. } => {
-                return Err(b.document.sources.error(*at, "twosided takes only bsdfs that do not transmit"));
-            }
-            BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } | BsdfKind::RoughConductor { .. } => made,
+            _ => made,
         });
     }
     let front: Option<&BsdfId> = sides.first();
@@ -163,8 +185,53 @@ fn twosided(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     Ok(BsdfKind::TwoSided { front, back: sides.get(1).copied().unwrap_or(front) })
 }
 
-/// A reflectance; one above 1 makes light from nothing, which Mitsuba lets pass, too.
-fn reflectance(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<Option<Rgb>> {
+/// The one bsdf inside another.
+fn nested(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfId> {
+    match p.child(Category::Bsdf)? {
+        Some((id, _)) => b.bsdf(id),
+        None => Err(b.document.sources.error(p.object.at, format!("{} needs a bsdf inside", p.object.plugin))),
+    }
+}
+
+/// As in Mitsuba, the two count in the order of their names, in which those without one come in the order of the file.
+fn blend(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let weight = varying(b, p, "weight", DEFAULT_WEIGHT)?;
+    let children = p.children(Category::Bsdf);
+    let [(first, _), (second, _)] = children[..] else {
+        let message = format!("blendbsdf takes exactly two bsdfs, not {}", children.len());
+        return Err(b.document.sources.error(p.object.at, message));
+    };
+    Ok(BsdfKind::Blend { first: b.bsdf(first)?, second: b.bsdf(second)?, weight })
+}
+
+fn mask(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let opacity = varying(b, p, "opacity", DEFAULT_WEIGHT)?;
+    Ok(BsdfKind::Mask { nested: nested(b, p)?, opacity })
+}
+
+fn normalmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let normal = NormalSource::Map(required_texture(b, p, Some("normalmap"))?);
+    perturbed(b, p, normal)
+}
+
+fn bumpmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let height = required_texture(b, p, None)?;
+    let scale = p.float("scale")?.unwrap_or(1.0);
+    perturbed(b, p, NormalSource::Bump { height, scale })
+}
+
+fn perturbed(b: &mut Builder<'_>, p: &Params<'_>, normal: NormalSource) -> Result<BsdfKind> {
+    let flip_invalid = p.boolean("flip_invalid_normals", true)?;
+    let shadowing = p.boolean("use_shadowing_function", true)?;
+    Ok(BsdfKind::Perturbed { nested: nested(b, p)?, normal, flip_invalid, shadowing })
+}
+
+/// A reflectance, which a texture may give as `parameter`; a constant above 1 makes light from nothing, which Mitsuba lets
+/// pass, too.
+fn reflectance(b: &mut Builder<'_>, p: &Params<'_>, parameter: Parameter, name: &'static str) -> Result<Option<Rgb>> {
+    if vary(b, p, name, &[parameter])? {
+        return Ok(None);
+    }
     let value = colour(b, p, name, SpectrumRole::Reflectance)?;
     if value.is_some_and(|v| v.max_component() > 1.0) {
         b.warn(p.at(name), &format!("'{name}' is larger than 1: the surface creates energy"));

@@ -16,7 +16,8 @@ const TEXTURE_STAND_IN: f64 = 0.5;
 type ColourFn = fn(&mut Builder<'_>, &Params<'_>, SpectrumRole) -> Result<Rgb>;
 
 /// Textures and spectra that are one colour.
-const COLOURS: &[(&str, ColourFn)] = &[("d65", d65), ("srgb", srgb), ("uniform", uniform)];
+const COLOURS: &[(&str, ColourFn)] =
+    &[("d65", d65), ("rawconstant", raw_constant), ("srgb", srgb), ("uniform", uniform)];
 
 /// A colour parameter, if it is there.
 pub(crate) fn colour(
@@ -85,7 +86,8 @@ fn read_spectrum(b: &Builder<'_>, at: Loc, file: &str) -> Result<Vec<(f64, f64)>
     })
 }
 
-fn texture(b: &mut Builder<'_>, id: usize, role: SpectrumRole) -> Result<Rgb> {
+/// The colour of a texture or spectrum that is one colour.
+pub(super) fn texture(b: &mut Builder<'_>, id: usize, role: SpectrumRole) -> Result<Rgb> {
     let make = match find(b.document, id, COLOURS) {
         Err(Error::Unsupported { what, hint, .. }) if role == SpectrumRole::Reflectance => {
             let at = b.document.objects[id].plugin_at;
@@ -105,6 +107,22 @@ fn uniform(_: &mut Builder<'_>, p: &Params<'_>, _: SpectrumRole) -> Result<Rgb> 
         return Err(p.error("value", format!("{} needs the parameter 'value' (a <float>)", p.title())));
     };
     checked(p, "value", [value; 3])
+}
+
+/// Three numbers, or one, that are no colour.
+fn raw_constant(_: &mut Builder<'_>, p: &Params<'_>, _: SpectrumRole) -> Result<Rgb> {
+    let value = match p.find("value").map(|param| &param.value) {
+        Some(Value::Vector(v)) => v.to_array(),
+        Some(Value::Rgb(rgb)) => *rgb,
+        _ => match p.float("value")? {
+            Some(value) => [value; 3],
+            None => {
+                let message = format!("{} needs the parameter 'value' (a <float> or <vector>)", p.title());
+                return Err(p.error("value", message));
+            }
+        },
+    };
+    checked(p, "value", value)
 }
 
 /// Bounded, whatever it is for.

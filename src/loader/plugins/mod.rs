@@ -7,6 +7,7 @@ pub(crate) mod film;
 pub(crate) mod integrator;
 pub(crate) mod sensor;
 pub(crate) mod shape;
+pub(crate) mod texture;
 
 use super::document::{Category, Document, ObjectId};
 use super::params::title;

@@ -44,6 +44,7 @@ pub(crate) struct MeshKey {
     is_ply: bool,
     face_normals: bool,
     uvs: bool,
+    flip_uvs: bool,
     /// Bits of the linear part of the transformation where the computed normals depend on it.
     linear: Option<[u64; 9]>,
 }
@@ -85,14 +86,10 @@ fn to_world(p: &Params<'_>) -> Result<DAffine3> {
     Ok(m)
 }
 
-/// The normal of a mirrored rectangle is what the inverse transpose makes of +z; as the mirror image in x is the same
-/// rectangle, it can be had without mirroring.
+/// The normal of a mirrored rectangle is what the inverse transpose makes of +z.
 fn rectangle(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
-    let m = to_world(p)?;
-    let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    let to_world = if m.matrix3.determinant() < 0.0 { m * mirror } else { m };
     p.accept(&["flip_tex_coords"]);
-    Ok(Made { geometry: Geometry::Rectangle, to_world, flip: false, file: None })
+    Ok(Made { geometry: Geometry::Rectangle, to_world: to_world(p)?, flip: false, file: None })
 }
 
 /// The cube [−1, 1]³. Its normals point outwards however it is transformed.
@@ -139,8 +136,8 @@ fn sphere(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     if radius == 0.0 || !radius.is_finite() || !centre.is_finite() {
         return Err(p.error("radius", "the radius of a sphere must be neither zero nor infinite"));
     }
-    let axis = (linear * DVec3::Z).normalize();
-    let geometry = Geometry::Sphere { centre, radius: radius.abs(), axis };
+    let frame = linear * (1.0 / scale);
+    let geometry = Geometry::Sphere { centre, radius: radius.abs(), frame };
     Ok(Made { geometry, to_world: DAffine3::IDENTITY, flip: radius < 0.0, file: None })
 }
 
@@ -163,10 +160,9 @@ fn ply_mesh(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
 fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
     let file = p.required_text("filename")?;
     let face_normals = p.boolean("face_normals", false)?;
-    // Turning v round does not change where tangents point, and nothing else asks for texture coordinates.
-    p.boolean("flip_tex_coords", true)?;
+    let flip_uvs = p.boolean("flip_tex_coords", !is_ply)?;
     let uvs = match p.child(Category::Bsdf)? {
-        Some((bsdf, _)) => b.bsdf(bsdf).map(|id| b.is_anisotropic(id))?,
+        Some((bsdf, _)) => b.bsdf(bsdf).map(|id| b.needs_uvs(id))?,
         None => false,
     };
     let to_world = to_world(p)?;
@@ -179,6 +175,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
         is_ply,
         face_normals,
         uvs,
+        flip_uvs,
         linear: (linear != DMat3::IDENTITY && !face_normals).then(|| linear.to_cols_array().map(f64::to_bits)),
     };
     let own = b.meshes.get(&key(linear)).or_else(|| b.meshes.get(&key(DMat3::IDENTITY)).filter(|m| m.has_own_normals));
@@ -214,6 +211,9 @@ fn read(b: &mut Builder<'_>, p: &Params<'_>, key: &MeshKey, linear: DMat3) -> Re
     }
     if mesh.uvs.len() != mesh.positions.len() {
         mesh.uvs.clear();
+    }
+    if key.flip_uvs {
+        mesh.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
     }
     let mut has_own_normals = true;
     if face_normals {

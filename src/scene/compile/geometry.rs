@@ -135,7 +135,7 @@ fn compile_cylinder(shape: &description::Shape, to_scene: &ToScene) -> Result<Op
 }
 
 /// The middle of a cylinder's base in world space, the half axes of its cross section, and its axis.
-fn world_cylinder(shape: &description::Shape) -> (DVec3, [DVec3; 3]) {
+pub(super) fn world_cylinder(shape: &description::Shape) -> (DVec3, [DVec3; 3]) {
     let Geometry::Cylinder { p0, p1, radius } = shape.geometry else { return Default::default() };
     let along = p1 - p0;
     let (s, t) = along.normalize_or(DVec3::Z).any_orthonormal_pair();

@@ -2,7 +2,9 @@
 
 mod geometry;
 mod look;
+mod material;
 mod tangents;
+mod uvs;
 
 use super::space::ToScene;
 use super::{Features, FilmSettings, Scene};
@@ -11,6 +13,7 @@ use crate::camera::{Perspective, Pinhole};
 use crate::description::{Camera, FovAxis, SceneDescription};
 use crate::error::{Error, Result};
 use crate::light::{Light, UniformLightSampler};
+use crate::material::Material;
 use crate::shape::Shape;
 use glam::{DVec2, DVec3};
 use look::Place;
@@ -57,7 +60,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let start = Instant::now();
     let accel = Accel::build(options.accelerator, &shapes, options.threads)?;
     let accel_build = start.elapsed();
-    let lobes = look.materials.iter().map(crate::bsdf::Material::lobes);
+    let lobes = look.materials.all.iter().map(Material::lobes);
     let infinite_lights: Vec<u32> =
         (0u32..).zip(&look.lights).filter(|(_, l)| matches!(l, Light::Constant(_))).map(|(i, _)| i).collect();
     let quadrics = shapes.iter().filter(|s| !matches!(s, Shape::Mesh(_))).count() as u64;
@@ -69,6 +72,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         delta_lobes: lobes.clone().any(|l| l.delta),
         transmission: lobes.clone().any(|l| l.transmits),
         anisotropy: lobes.clone().any(|l| l.anisotropic),
+        textures: description.textures.iter().filter(|t| t.is_varying()).count() as u64,
         area_lights: count(|l| matches!(l, Light::Area(_))),
         infinite_lights: infinite_lights.len() as u64,
         point_lights: count(|l| matches!(l, Light::Point(_))),
@@ -85,8 +89,10 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         film,
         shapes,
         appearances: look.appearances,
-        materials: look.materials,
+        materials: look.materials.all,
+        textures: material::textures(description),
         tangents: look.tangents,
+        uvs: look.uvs,
         light_sampler: UniformLightSampler::new(look.lights.len()),
         lights: look.lights,
         infinite_lights,

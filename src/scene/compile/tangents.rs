@@ -11,7 +11,7 @@ pub(super) fn field(described: &description::Shape, shape: &Shape) -> TangentFie
     let world = |v: DVec3| (described.to_world.matrix3 * v).normalize_or_zero().as_vec3();
     match (&described.geometry, shape) {
         (Geometry::Rectangle, _) => TangentField::Constant(world(DVec3::X)),
-        (&Geometry::Sphere { axis, .. }, _) => TangentField::Around(world(axis)),
+        (&Geometry::Sphere { frame, .. }, _) => TangentField::Around(world(frame.z_axis)),
         (Geometry::Disk, Shape::Disk(disk)) => TangentField::Affine(disk.radii()),
         (Geometry::Cylinder { .. }, Shape::Cylinder(cylinder)) => TangentField::Affine(cylinder.circles()),
         (Geometry::Mesh(file), Shape::Mesh(mesh)) => {

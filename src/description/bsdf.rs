@@ -1,0 +1,251 @@
+//! What a file said of how surfaces scatter.
+
+use super::{BsdfId, Texture, TextureId};
+use crate::error::Span;
+use crate::spectrum::Rgb;
+
+/// A bsdf.
+#[derive(Clone, Debug)]
+pub struct Bsdf {
+    /// Where in the file.
+    pub at: Span,
+    /// Its `id`, or empty.
+    pub name: String,
+    /// What it is; of parameters that vary, a constant that stands for them.
+    pub kind: BsdfKind,
+    /// The parameters that vary over a surface.
+    pub varying: Vec<(Parameter, TextureId)>,
+}
+
+/// A parameter of a bsdf that a texture may give.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parameter {
+    /// `reflectance`.
+    Reflectance,
+    /// `specular_reflectance`.
+    SpecularReflectance,
+    /// `specular_transmittance`.
+    SpecularTransmittance,
+    /// `diffuse_reflectance`.
+    DiffuseReflectance,
+    /// `alpha_u`.
+    AlphaU,
+    /// `alpha_v`.
+    AlphaV,
+    /// `eta`.
+    Eta,
+    /// `k`.
+    K,
+    /// `base_color`.
+    BaseColor,
+    /// `roughness`.
+    Roughness,
+    /// `anisotropic`.
+    Anisotropic,
+    /// `metallic`.
+    Metallic,
+    /// `spec_trans`.
+    SpecTrans,
+    /// `spec_tint`.
+    SpecTint,
+    /// `sheen`.
+    Sheen,
+    /// `sheen_tint`.
+    SheenTint,
+    /// `flatness`.
+    Flatness,
+    /// `clearcoat`.
+    Clearcoat,
+    /// `clearcoat_gloss`.
+    ClearcoatGloss,
+    /// `diff_trans`.
+    DiffTrans,
+}
+
+/// A number of a bsdf that may vary over a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Varying {
+    /// The same everywhere.
+    Constant(f64),
+    /// The luminance of a texture.
+    Texture(TextureId),
+}
+
+/// The kinds of bsdf, with Mitsuba's parameters. Colours are linear sRGB.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BsdfKind {
+    /// Lambertian, front side only.
+    Diffuse {
+        /// Albedo.
+        reflectance: Rgb,
+    },
+    /// A smooth conductor, front side only.
+    Conductor {
+        /// Real part of the index of refraction relative to the outside.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+    },
+    /// A rough conductor, front side only.
+    RoughConductor {
+        /// Its microfacets.
+        facets: Microfacets,
+        /// Real part of the index of refraction relative to the outside.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+    },
+    /// A smooth interface between two dielectrics.
+    Dielectric {
+        /// Index of refraction inside (where the normal does not point).
+        int_ior: f64,
+        /// Index of refraction outside.
+        ext_ior: f64,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+        /// Factor on the transmission; 1 is physical.
+        specular_transmittance: Rgb,
+    },
+    /// A rough interface between two dielectrics.
+    RoughDielectric {
+        /// Its microfacets.
+        facets: Microfacets,
+        /// Index of refraction inside (where the normal does not point).
+        int_ior: f64,
+        /// Index of refraction outside; another than inside.
+        ext_ior: f64,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+        /// Factor on the transmission; 1 is physical.
+        specular_transmittance: Rgb,
+    },
+    /// One-sided bsdfs made two-sided.
+    TwoSided {
+        /// Seen from the front.
+        front: BsdfId,
+        /// Seen from the back.
+        back: BsdfId,
+    },
+    /// A weighted mean of two bsdfs.
+    Blend {
+        /// Counts 1 − `weight`, ...
+        first: BsdfId,
+        /// ... and `weight`.
+        second: BsdfId,
+        /// Clamped to [0, 1].
+        weight: Varying,
+    },
+    /// A bsdf with holes: what is not opaque lets light straight through.
+    Mask {
+        /// What is not a hole.
+        nested: BsdfId,
+        /// Clamped to [0, 1].
+        opacity: Varying,
+    },
+    /// A bsdf with another normal.
+    Perturbed {
+        /// The bsdf.
+        nested: BsdfId,
+        /// Where the normal comes from.
+        normal: NormalSource,
+        /// Whether a normal that looks away from the viewer is turned round the surface's own (Schüssler et al. 2017).
+        flip_invalid: bool,
+        /// Whether light fades out towards the terminator of the surface's own normal (Estevez et al. 2019).
+        shadowing: bool,
+    },
+}
+
+/// Where a perturbed normal comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NormalSource {
+    /// From the three channels of a texture, as (n + 1)/2, in the surface's shading frame.
+    Map(TextureId),
+    /// From a height, in units of length of the file, along the surface's normal.
+    Bump {
+        /// The height.
+        height: TextureId,
+        /// A factor on it.
+        scale: f64,
+    },
+}
+
+/// What a surface must know of itself for its bsdf.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SurfaceNeeds {
+    /// Texture coordinates.
+    pub uvs: bool,
+    /// Where its tangents point.
+    pub tangents: bool,
+}
+
+impl SurfaceNeeds {
+    fn or(self, other: Self) -> Self {
+        Self { uvs: self.uvs || other.uvs, tangents: self.tangents || other.tangents }
+    }
+}
+
+impl Bsdf {
+    /// Whether it lets light through. `bsdfs` are those that it may refer to.
+    pub fn transmits(&self, bsdfs: &[Self]) -> bool {
+        let of = |id: &BsdfId| bsdfs[id.0].transmits(bsdfs);
+        match &self.kind {
+            BsdfKind::Dielectric { .. } | BsdfKind::RoughDielectric { .. } | BsdfKind::Mask { .. } => true,
+            BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } | BsdfKind::RoughConductor { .. } => false,
+            BsdfKind::TwoSided { front, back } => of(front) || of(back),
+            BsdfKind::Blend { first, second, .. } => of(first) || of(second),
+            BsdfKind::Perturbed { nested, .. } => of(nested),
+        }
+    }
+
+    /// What a surface must know of itself for this bsdf. `bsdfs` and `textures` are those that it may refer to.
+    pub fn needs(&self, bsdfs: &[Self], textures: &[Texture]) -> SurfaceNeeds {
+        let of = |id: &BsdfId| bsdfs[id.0].needs(bsdfs, textures);
+        let texture = |id: TextureId| SurfaceNeeds { uvs: textures[id.0].is_varying(), tangents: false };
+        let number = |v: &Varying| match v {
+            Varying::Constant(_) => SurfaceNeeds::default(),
+            Varying::Texture(id) => texture(*id),
+        };
+        let own = match &self.kind {
+            BsdfKind::RoughConductor { facets, .. } | BsdfKind::RoughDielectric { facets, .. } => {
+                let texture = |p| self.varying.iter().find(|(parameter, _)| *parameter == p).map(|(_, t)| *t);
+                let isotropic =
+                    facets.alpha_u == facets.alpha_v && texture(Parameter::AlphaU) == texture(Parameter::AlphaV);
+                SurfaceNeeds { uvs: false, tangents: !isotropic }
+            }
+            BsdfKind::TwoSided { front, back } => of(front).or(of(back)),
+            BsdfKind::Blend { first, second, weight } => of(first).or(of(second)).or(number(weight)),
+            BsdfKind::Mask { nested, opacity } => of(nested).or(number(opacity)),
+            BsdfKind::Perturbed { nested, .. } => of(nested).or(SurfaceNeeds { uvs: true, tangents: true }),
+            BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } | BsdfKind::Dielectric { .. } => {
+                SurfaceNeeds::default()
+            }
+        };
+        let anisotropic = self.varying.iter().any(|(p, _)| *p == Parameter::Anisotropic);
+        let own = own.or(SurfaceNeeds { uvs: false, tangents: anisotropic });
+        self.varying.iter().fold(own, |needs, (_, id)| needs.or(texture(*id)))
+    }
+}
+
+/// A distribution of microfacets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Microfacets {
+    /// Its shape.
+    pub distribution: MicrofacetDistribution,
+    /// Roughness α (the square of what artists call roughness) along ∂p/∂u, not negative.
+    pub alpha_u: f64,
+    /// Roughness across it.
+    pub alpha_v: f64,
+}
+
+/// The shapes of a distribution of microfacets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MicrofacetDistribution {
+    /// Beckmann's.
+    Beckmann,
+    /// GGX, that is, Trowbridge's and Reitz'.
+    Ggx,
+}

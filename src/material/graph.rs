@@ -1,0 +1,239 @@
+//! Materials that are worked out at each point of a surface.
+
+use super::layer::{Layer, Perturbation};
+use crate::bsdf::{Bsdf, Parameter};
+use crate::math::float::sqr;
+use crate::math::frame::Frame;
+use crate::spectrum::Rgb;
+use crate::texture::{TexturePoint, Textures};
+use glam::{Vec2, Vec3};
+
+/// How bsdfs are combined. A node refers only to those before it; the last one is the material.
+#[derive(Clone, Debug, Default)]
+pub struct Graph(Vec<Node>);
+
+/// A part of a material. Nodes are referred to by their index in the graph, textures by theirs in the scene.
+#[derive(Clone, Debug)]
+pub enum Node {
+    /// A bsdf with the textures of parameters that vary.
+    Leaf {
+        /// With the parameters that do not.
+        bsdf: Bsdf,
+        /// Those that do.
+        varying: Vec<(Parameter, u32)>,
+    },
+    /// A node for each side.
+    TwoSided {
+        /// Seen from the front.
+        front: u32,
+        /// Seen from the back, which it takes for a front.
+        back: u32,
+    },
+    /// A weighted mean.
+    Blend {
+        /// Counts 1 − weight, ...
+        first: u32,
+        /// ... and weight.
+        second: u32,
+        /// The weight.
+        weight: Number,
+    },
+    /// A node with holes, through which light goes straight.
+    Mask {
+        /// The node.
+        nested: u32,
+        /// The part that is not a hole.
+        opacity: Number,
+    },
+    /// A node with another normal.
+    Perturbed {
+        /// The node.
+        nested: u32,
+        /// Where the normal comes from.
+        normal: NormalSource,
+        /// Whether a normal that looks away from the viewer is turned round the base normal (as Schüssler et al. 2017,
+        /// *Microfacet-based Normal Mapping for Robust Monte Carlo Path Tracing*, do with the half of their microsurface).
+        flip_invalid: bool,
+        /// Whether light fades out towards the terminator of the base normal.
+        shadowing: bool,
+    },
+}
+
+/// A number in [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    /// The same everywhere.
+    Constant(f32),
+    /// The luminance of a texture.
+    Texture(u32),
+}
+
+/// Where a normal comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NormalSource {
+    /// From the channels of a texture, as (n + 1)/2.
+    Map(u32),
+    /// From a height above the surface.
+    Bump {
+        /// The texture.
+        height: u32,
+        /// A factor on its luminance that makes it a length in the compiled scene's unit.
+        scale: f32,
+    },
+}
+
+/// Where on a surface, and seen from where.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Where textures are asked.
+    pub point: TexturePoint,
+    /// Direction to the viewer in the shading frame.
+    pub wo: Vec3,
+    /// ∂p/∂u and ∂p/∂v in the shading frame, in the compiled scene's unit of length.
+    pub dp: [Vec3; 2],
+}
+
+impl Number {
+    fn at(self, textures: &Textures, point: &TexturePoint) -> f32 {
+        match self {
+            Self::Constant(value) => value,
+            // NaN becomes 0.
+            Self::Texture(index) => textures.luminance(index, point).max(0.0).min(1.0),
+        }
+    }
+}
+
+impl Graph {
+    /// From nodes, at least one, each of which refers only to those before it; the last is the material.
+    pub fn new(nodes: Vec<Node>) -> Self {
+        Self(nodes)
+    }
+
+    /// Every bsdf in it.
+    pub fn bsdfs(&self) -> impl Iterator<Item = &Bsdf> {
+        /// What a mask has besides.
+        const NULL: Bsdf = Bsdf::Null(crate::bsdf::Null);
+        self.0.iter().filter_map(|node| match node {
+            Node::Leaf { bsdf, .. } => Some(bsdf),
+            Node::Mask { .. } => Some(&NULL),
+            Node::TwoSided { .. } | Node::Blend { .. } | Node::Perturbed { .. } => None,
+        })
+    }
+
+    /// The layers of the material at a place, in place of what `layers` holds.
+    pub fn resolve(&self, textures: &Textures, place: &Place, layers: &mut Vec<Layer>) {
+        layers.clear();
+        if let Some(root) = self.0.len().checked_sub(1) {
+            Resolver { graph: self, textures, place, layers }.node(root as u32, 1.0, None);
+        }
+    }
+}
+
+/// Works a graph out.
+struct Resolver<'a> {
+    graph: &'a Graph,
+    textures: &'a Textures,
+    place: &'a Place,
+    layers: &'a mut Vec<Layer>,
+}
+
+impl Resolver<'_> {
+    fn node(&mut self, index: u32, weight: f32, perturbation: Option<Perturbation>) {
+        if !(weight > 0.0) {
+            return;
+        }
+        match &self.graph.0[index as usize] {
+            Node::Leaf { bsdf, varying } => {
+                let mut bsdf = bsdf.clone();
+                for &(parameter, texture) in varying {
+                    let colour = self.textures.colour(texture, &self.place.point);
+                    bsdf.set(parameter, if parameter.is_colour() { colour } else { Rgb::splat(colour.luminance()) });
+                }
+                self.layers.push(Layer { weight, bsdf, perturbation });
+            }
+            &Node::TwoSided { front, back } => match own(perturbation.as_ref(), self.place.wo).z < 0.0 {
+                false => self.node(front, weight, perturbation),
+                true => self.node(back, weight, Some(mirrored(perturbation))),
+            },
+            &Node::Blend { first, second, weight: part } => {
+                let part = part.at(self.textures, &self.place.point);
+                self.node(first, weight * (1.0 - part), perturbation);
+                self.node(second, weight * part, perturbation);
+            }
+            &Node::Mask { nested, opacity } => {
+                let opacity = opacity.at(self.textures, &self.place.point);
+                self.node(nested, weight * opacity, perturbation);
+                if opacity < 1.0 {
+                    let weight = weight * (1.0 - opacity);
+                    self.layers.push(Layer { weight, bsdf: Bsdf::Null(crate::bsdf::Null), perturbation: None });
+                }
+            }
+            &Node::Perturbed { nested, normal, flip_invalid, shadowing } => {
+                let own = self.perturbed(normal, flip_invalid, shadowing, perturbation);
+                self.node(nested, weight, Some(own));
+            }
+        }
+    }
+
+    /// The frame of a perturbed normal, above `outer`.
+    fn perturbed(
+        &self,
+        normal: NormalSource,
+        flip_invalid: bool,
+        shadowing: bool,
+        outer: Option<Perturbation>,
+    ) -> Perturbation {
+        let wo = own(outer.as_ref(), self.place.wo);
+        let mut n = match normal {
+            NormalSource::Map(texture) => self.textures.colour(texture, &self.place.point).0 * 2.0 - 1.0,
+            NormalSource::Bump { height, scale } => {
+                let gradient = self.textures.gradient(height, &self.place.point) * scale;
+                bumped(self.place.dp.map(|dp| own(outer.as_ref(), dp)), gradient)
+            }
+        };
+        if flip_invalid && wo.z * wo.dot(n) <= 0.0 {
+            n = Vec3::new(-n.x, -n.y, n.z);
+        }
+        let n = n.normalize_or(Vec3::Z);
+        let frame = Frame::from_tangent(n, Vec3::X);
+        /// The roughness that the shadowing function gives a perturbation: α² = tan²/8, at most 1 (Estevez et al. 2019,
+        /// their equation for the slope's variance).
+        const SLOPE_VARIANCE: f32 = 0.125;
+        let fade = if shadowing { (SLOPE_VARIANCE * (sqr(n.x) + sqr(n.y)) / sqr(n.z)).min(1.0) } else { 0.0 };
+        match outer {
+            None => Perturbation { frame, base: 1.0, is_own: true, fade },
+            Some(outer) => {
+                let [s, t, n] = [frame.s, frame.t, frame.n].map(|axis| outer.frame.to_world(axis));
+                Perturbation { frame: Frame { s, t, n }, is_own: true, fade, ..outer }
+            }
+        }
+    }
+}
+
+/// A direction of the shading frame in a layer's own.
+fn own(perturbation: Option<&Perturbation>, w: Vec3) -> Vec3 {
+    perturbation.map_or(w, |p| p.frame.to_local(w))
+}
+
+/// The same seen from behind: z is the other way, x and y stay.
+fn mirrored(perturbation: Option<Perturbation>) -> Perturbation {
+    match perturbation {
+        None => Perturbation {
+            frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::NEG_Z },
+            base: -1.0,
+            is_own: false,
+            fade: 0.0,
+        },
+        Some(p) => Perturbation { frame: Frame { n: -p.frame.n, ..p.frame }, base: -p.base, ..p },
+    }
+}
+
+/// The normal of a surface that is raised along +z by a height of this gradient with respect to (u, v) (Blinn 1978,
+/// *Simulation of Wrinkled Surfaces*), `dp` being ∂p/∂u and ∂p/∂v in the frame of the normal.
+fn bumped(dp: [Vec3; 2], gradient: Vec2) -> Vec3 {
+    // The derivatives in the plane of the shading normal, raised.
+    let [du, dv] = [(dp[0], gradient.x), (dp[1], gradient.y)].map(|(d, rise)| Vec3::new(d.x, d.y, rise));
+    let n = du.cross(dv);
+    // Where (u, v) is left-handed, or seen from behind, the product points down.
+    if n.z < 0.0 { -n } else { n }
+}

@@ -1,0 +1,121 @@
+//! Weighted sums of bsdfs, each in a frame of its own.
+
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::math::float::{min, sqr};
+use crate::math::frame::Frame;
+use crate::sampler::BsdfUniforms;
+use crate::sampling::pdf::SolidAnglePdf;
+use crate::spectrum::Rgb;
+use glam::Vec3;
+
+/// A bsdf that is a part of what a surface does at a point.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    /// How much it counts, positive; all of a surface add up to 1.
+    pub weight: f32,
+    /// The bsdf, with the parameters of the point.
+    pub bsdf: Bsdf,
+    /// Its own frame, if that is not the surface's shading frame.
+    pub perturbation: Option<Perturbation>,
+}
+
+/// The frame of a layer.
+#[derive(Clone, Copy, Debug)]
+pub struct Perturbation {
+    /// Its axes in the shading frame: to local is shading to the layer's own.
+    pub frame: Frame,
+    /// The normal that it was perturbed from, in the shading frame: the shading normal, or its negative where a two-sided
+    /// surface is seen from behind.
+    pub base: f32,
+    /// Whether there is a normal of its own, not only a mirrored one: then no direction scatters to another side than
+    /// that which the base normal says.
+    pub is_own: bool,
+    /// α² of the function by which light fades out towards the terminator of the base normal; 0 where it does not.
+    pub fade: f32,
+}
+
+impl Perturbation {
+    /// How much of the light to or from `wi` (in the shading frame; `own` in the layer's) is scattered at all.
+    ///
+    /// Estevez, Lecocq and Stein 2019, *A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem*: Smith's
+    /// masking of GGX, for the light alone.
+    fn passes(&self, wi: Vec3, own: Vec3) -> f32 {
+        if self.is_own && !(self.base * wi.z * own.z > 0.0) {
+            return 0.0;
+        }
+        if self.fade == 0.0 {
+            return 1.0;
+        }
+        2.0 / (1.0 + (1.0 + self.fade * (sqr(wi.x) + sqr(wi.y)) / sqr(wi.z)).sqrt())
+    }
+}
+
+impl Layer {
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        let Some(perturbation) = &self.perturbation else { return self.bsdf.eval_pdf(wo, wi) };
+        let frame = &perturbation.frame;
+        let own = frame.to_local(wi);
+        match perturbation.passes(wi, own) {
+            0.0 => (Rgb::BLACK, SolidAnglePdf(0.0)),
+            part => {
+                let (value, pdf) = self.bsdf.eval_pdf(frame.to_local(wo), own);
+                (value * part, pdf)
+            }
+        }
+    }
+
+    fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        let Some(perturbation) = &self.perturbation else { return self.bsdf.sample(wo, u) };
+        let frame = &perturbation.frame;
+        let sample = self.bsdf.sample(frame.to_local(wo), u)?;
+        let wi = frame.to_world(sample.wi);
+        match perturbation.passes(wi, sample.wi) {
+            0.0 => None,
+            part => Some(BsdfSample { wi, weight: sample.weight * part, ..sample }),
+        }
+    }
+}
+
+/// The sum's value, and the density with which [`sample`] finds `wi`.
+#[inline(never)]
+pub(super) fn eval_pdf(layers: &[Layer], &wo: &Vec3, &wi: &Vec3) -> (Rgb, SolidAnglePdf) {
+    let (mut sum, mut density) = (Rgb::BLACK, 0.0);
+    for layer in layers {
+        let (value, SolidAnglePdf(pdf)) = layer.eval_pdf(wo, wi);
+        sum += value * layer.weight;
+        density += pdf * layer.weight;
+    }
+    (sum, SolidAnglePdf(density))
+}
+
+/// A direction from a layer chosen by its weight.
+#[inline(never)]
+pub(super) fn sample(layers: &[Layer], &wo: &Vec3, &u: &BsdfUniforms) -> Option<BsdfSample> {
+    if let [only] = layers {
+        return only.sample(wo, u);
+    }
+    let (layer, u) = choose(layers, u)?;
+    let sample = layer.sample(wo, u)?;
+    if sample.pdf.is_none() {
+        // A delta lobe, which no other layer finds: its weight is over the probability to choose it, which cancels.
+        return Some(sample);
+    }
+    let (value, pdf) = eval_pdf(layers, &wo, &sample.wi);
+    (pdf.0 > 0.0).then(|| BsdfSample { weight: value / pdf.0, pdf: Some(pdf), ..sample })
+}
+
+/// The layer that the number for the lobe falls on, and the numbers with what is left of it.
+fn choose(layers: &[Layer], u: BsdfUniforms) -> Option<(&Layer, BsdfUniforms)> {
+    /// The largest number below 1.
+    const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+    let mut rest = u.lobe();
+    let last = layers.last()?;
+    for layer in layers {
+        // The weights may add up to a little less than 1.
+        if rest < layer.weight || std::ptr::eq(layer, last) {
+            return Some((layer, u.with_lobe(min(rest / layer.weight, BELOW_ONE))));
+        }
+        rest -= layer.weight;
+    }
+    None
+}

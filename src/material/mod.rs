@@ -1,0 +1,112 @@
+//! What a surface looks like: bsdfs, combined with each other and varied by textures.
+//!
+//! Most materials are a bsdf, or one for each side, ready before the render. All others are a [`Graph`], which is worked out
+//! anew at each point of the surface: into [`Layer`]s, bsdfs with the parameters of that point, of which the material is
+//! the weighted sum.
+
+mod graph;
+mod layer;
+
+pub use graph::{Graph, Node, NormalSource, Number, Place};
+pub use layer::{Layer, Perturbation};
+
+use crate::bsdf::{Bsdf, BsdfSample, Lobes};
+use crate::sampler::BsdfUniforms;
+use crate::sampling::pdf::SolidAnglePdf;
+use crate::spectrum::Rgb;
+use glam::Vec3;
+
+/// A surface's material.
+#[derive(Clone, Debug)]
+pub enum Material {
+    /// The same everywhere.
+    Plain(Sides),
+    /// To be worked out at each point.
+    Varying(Graph),
+}
+
+/// One-sided as the bsdf itself says, or a bsdf for each side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sides {
+    /// Seen from the front (both sides if `back` is `None`: the bsdf itself tells them apart).
+    pub front: Bsdf,
+    /// Seen from the back, in a frame mirrored at the surface so that it believes itself seen from the front.
+    pub back: Option<Bsdf>,
+}
+
+impl Sides {
+    /// The bsdf for a viewer on the side of `cos_wo`, the cosine between the shading normal and `wo`; and whether the
+    /// shading normal is to be flipped for it.
+    #[inline]
+    pub fn seen_from(&self, cos_wo: f32) -> (&Bsdf, bool) {
+        match &self.back {
+            Some(back) if cos_wo < 0.0 => (back, true),
+            _ => (&self.front, false),
+        }
+    }
+}
+
+impl Material {
+    /// The lobes of all bsdfs in it.
+    pub fn lobes(&self) -> Lobes {
+        match self {
+            Self::Plain(Sides { front, back }) => {
+                back.iter().fold(front.lobes(), |lobes, back| union(lobes, back.lobes()))
+            }
+            Self::Varying(graph) => graph.bsdfs().map(Bsdf::lobes).fold(NO_LOBES, union),
+        }
+    }
+}
+
+/// None.
+const NO_LOBES: Lobes = Lobes { smooth: false, delta: false, transmits: false, anisotropic: false };
+
+fn union(a: Lobes, b: Lobes) -> Lobes {
+    Lobes {
+        smooth: a.smooth || b.smooth,
+        delta: a.delta || b.delta,
+        transmits: a.transmits || b.transmits,
+        anisotropic: a.anisotropic || b.anisotropic,
+    }
+}
+
+/// How a surface scatters at a point, in its shading frame.
+#[derive(Clone, Copy, Debug)]
+pub enum Scatter<'a> {
+    /// By a bsdf.
+    One(&'a Bsdf),
+    /// By the weighted sum of several, or by one in a frame of its own.
+    Layers(&'a [Layer]),
+}
+
+impl Scatter<'_> {
+    /// See [`Bsdf::eval_pdf`].
+    #[inline(always)]
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        match self {
+            Self::One(bsdf) => bsdf.eval_pdf(wo, wi),
+            Self::Layers(layers) => layer::eval_pdf(layers, &wo, &wi),
+        }
+    }
+
+    /// See [`Bsdf::sample`].
+    #[inline(always)]
+    pub fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        match self {
+            Self::One(bsdf) => bsdf.sample(wo, u),
+            Self::Layers(layers) => layer::sample(layers, &wo, &u),
+        }
+    }
+
+    /// The lobes of all bsdfs in it.
+    #[inline(always)]
+    pub fn lobes(&self) -> Lobes {
+        match self {
+            Self::One(bsdf) => bsdf.lobes(),
+            Self::Layers(layers) => layers.iter().map(|layer| layer.bsdf.lobes()).fold(NO_LOBES, union),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,210 @@
+//! Materials and textures.
+
+use crate::bsdf::{
+    Bsdf, Conductor, Dielectric, Diffuse, Distribution, Microfacets, Parameter, RoughConductor, RoughDielectric,
+};
+use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
+use crate::error::{Error, Result, Span};
+use crate::material::{Graph, Material, Node, NormalSource, Number, Sides};
+use crate::texture::{Bitmap, Texture, TextureKind, Textures, Wrap};
+use glam::DAffine2;
+use std::collections::HashMap;
+
+/// The materials compiled so far.
+#[derive(Default)]
+pub(super) struct Materials {
+    pub(super) all: Vec<Material>,
+    indices: HashMap<BsdfId, u32>,
+}
+
+impl Materials {
+    /// Index of the material for a bsdf of the description, compiled once; `unit` is that of the compiled scene.
+    pub(super) fn index(&mut self, description: &SceneDescription, id: BsdfId, unit: f64) -> Result<u32> {
+        if let Some(&index) = self.indices.get(&id) {
+            return Ok(index);
+        }
+        let material = match sides(description, id)? {
+            Some(sides) => Material::Plain(sides),
+            None => {
+                let mut builder = Builder { description, unit, nodes: Vec::new() };
+                builder.node(id)?;
+                Material::Varying(Graph::new(builder.nodes))
+            }
+        };
+        let index = self.all.len() as u32;
+        self.all.push(material);
+        self.indices.insert(id, index);
+        Ok(index)
+    }
+}
+
+/// What needs no working out at each point: a bsdf, or two sides, without textures.
+fn sides(description: &SceneDescription, id: BsdfId) -> Result<Option<Sides>> {
+    let plain = |id: BsdfId| {
+        let bsdf = &description.bsdfs[id.0];
+        if bsdf.varying.is_empty() { leaf(&bsdf.kind) } else { None }
+    };
+    let BsdfKind::TwoSided { front, back } = description.bsdfs[id.0].kind else {
+        return Ok(plain(id).map(|front| Sides { front, back: None }));
+    };
+    let (Some(front), Some(back)) = (plain(front), plain(back)) else { return Ok(None) };
+    for side in [&front, &back] {
+        check_side(side, &description.bsdfs[id.0].at)?;
+    }
+    Ok(Some(Sides { front, back: Some(back) }))
+}
+
+/// A side of a two-sided bsdf: anything that reflects only.
+fn check_side(bsdf: &Bsdf, at: &Span) -> Result<()> {
+    if bsdf.lobes().transmits {
+        return Err(Error::scene(at, "a two-sided bsdf cannot have a side that transmits light"));
+    }
+    Ok(())
+}
+
+/// Makes a graph.
+struct Builder<'a> {
+    description: &'a SceneDescription,
+    unit: f64,
+    nodes: Vec<Node>,
+}
+
+impl Builder<'_> {
+    /// Adds a bsdf after those that it refers to.
+    fn node(&mut self, id: BsdfId) -> Result<u32> {
+        let bsdf = &self.description.bsdfs[id.0];
+        let node = match bsdf.kind {
+            BsdfKind::TwoSided { front, back } => {
+                let first = self.nodes.len();
+                let (front, back) = (self.node(front)?, self.node(back)?);
+                for node in &self.nodes[first..] {
+                    match node {
+                        Node::Leaf { bsdf: side, .. } => check_side(side, &bsdf.at)?,
+                        Node::TwoSided { .. } => {
+                            return Err(Error::scene(&bsdf.at, "two-sided bsdfs cannot be nested"));
+                        }
+                        Node::Mask { .. } => {
+                            let message = "a two-sided bsdf cannot have a side that transmits light";
+                            return Err(Error::scene(&bsdf.at, message));
+                        }
+                        Node::Blend { .. } | Node::Perturbed { .. } => {}
+                    }
+                }
+                Node::TwoSided { front, back }
+            }
+            BsdfKind::Blend { first, second, weight } => {
+                Node::Blend { first: self.node(first)?, second: self.node(second)?, weight: number(weight) }
+            }
+            BsdfKind::Mask { nested, opacity } => Node::Mask { nested: self.node(nested)?, opacity: number(opacity) },
+            BsdfKind::Perturbed { nested, normal, flip_invalid, shadowing } => {
+                let nested = self.node(nested)?;
+                Node::Perturbed { nested, normal: self.normal(normal), flip_invalid, shadowing }
+            }
+            ref kind => {
+                let varying = bsdf.varying.iter().map(|&(p, texture)| (parameter(p), texture.0 as u32)).collect();
+                // Everything that is not a combination is a leaf.
+                let bsdf = leaf(kind).ok_or_else(|| Error::scene(&bsdf.at, "this cannot be a part of a bsdf"))?;
+                Node::Leaf { bsdf, varying }
+            }
+        };
+        self.nodes.push(node);
+        Ok((self.nodes.len() - 1) as u32)
+    }
+
+    fn normal(&self, normal: description::NormalSource) -> NormalSource {
+        match normal {
+            description::NormalSource::Map(texture) => NormalSource::Map(texture.0 as u32),
+            description::NormalSource::Bump { height, scale } => {
+                NormalSource::Bump { height: height.0 as u32, scale: (scale * self.unit) as f32 }
+            }
+        }
+    }
+}
+
+fn number(v: Varying) -> Number {
+    match v {
+        Varying::Constant(value) => Number::Constant(value.clamp(0.0, 1.0) as f32),
+        Varying::Texture(id) => Number::Texture(id.0 as u32),
+    }
+}
+
+/// A bsdf that is no combination of others; `None` for those that are.
+fn leaf(kind: &BsdfKind) -> Option<Bsdf> {
+    Some(match *kind {
+        BsdfKind::Diffuse { reflectance } => Bsdf::Diffuse(Diffuse { reflectance }),
+        BsdfKind::Conductor { eta, k, specular_reflectance } => {
+            Bsdf::Conductor(Conductor { eta, k, reflectance: specular_reflectance })
+        }
+        BsdfKind::RoughConductor { facets, eta, k, specular_reflectance } => {
+            Bsdf::RoughConductor(RoughConductor::new(microfacets(facets), eta, k, specular_reflectance))
+        }
+        BsdfKind::Dielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance } => {
+            Bsdf::Dielectric(Dielectric::new((int_ior / ext_ior) as f32, specular_reflectance, specular_transmittance))
+        }
+        BsdfKind::RoughDielectric { facets, int_ior, ext_ior, specular_reflectance, specular_transmittance } => {
+            let eta = (int_ior / ext_ior) as f32;
+            RoughDielectric::bsdf(microfacets(facets), eta, specular_reflectance, specular_transmittance)
+        }
+        BsdfKind::TwoSided { .. } | BsdfKind::Blend { .. } | BsdfKind::Mask { .. } | BsdfKind::Perturbed { .. } => {
+            return None;
+        }
+    })
+}
+
+fn microfacets(facets: description::Microfacets) -> Microfacets {
+    let distribution = match facets.distribution {
+        MicrofacetDistribution::Beckmann => Distribution::Beckmann,
+        MicrofacetDistribution::Ggx => Distribution::Ggx,
+    };
+    Microfacets::new(distribution, facets.alpha_u as f32, facets.alpha_v as f32)
+}
+
+fn parameter(parameter: description::Parameter) -> Parameter {
+    match parameter {
+        description::Parameter::Reflectance => Parameter::Reflectance,
+        description::Parameter::SpecularReflectance => Parameter::SpecularReflectance,
+        description::Parameter::SpecularTransmittance => Parameter::SpecularTransmittance,
+        description::Parameter::DiffuseReflectance => Parameter::DiffuseReflectance,
+        description::Parameter::AlphaU => Parameter::AlphaU,
+        description::Parameter::AlphaV => Parameter::AlphaV,
+        description::Parameter::Eta => Parameter::Eta,
+        description::Parameter::K => Parameter::K,
+        description::Parameter::BaseColor => Parameter::BaseColor,
+        description::Parameter::Roughness => Parameter::Roughness,
+        description::Parameter::Anisotropic => Parameter::Anisotropic,
+        description::Parameter::Metallic => Parameter::Metallic,
+        description::Parameter::SpecTrans => Parameter::SpecTrans,
+        description::Parameter::SpecTint => Parameter::SpecTint,
+        description::Parameter::Sheen => Parameter::Sheen,
+        description::Parameter::SheenTint => Parameter::SheenTint,
+        description::Parameter::Flatness => Parameter::Flatness,
+        description::Parameter::Clearcoat => Parameter::Clearcoat,
+        description::Parameter::ClearcoatGloss => Parameter::ClearcoatGloss,
+        description::Parameter::DiffTrans => Parameter::DiffTrans,
+    }
+}
+
+/// Every texture of the description.
+pub(super) fn textures(description: &SceneDescription) -> Textures {
+    Textures::new(description.textures.iter().map(texture).collect())
+}
+
+fn texture(texture: &description::Texture) -> Texture {
+    let kind = match &texture.kind {
+        &description::TextureKind::Constant(colour) => TextureKind::Constant(colour),
+        description::TextureKind::Bitmap { image, bilinear, wrap } => TextureKind::Bitmap(Bitmap {
+            image: image.clone(),
+            bilinear: *bilinear,
+            wrap: match wrap {
+                description::Wrap::Repeat => Wrap::Repeat,
+                description::Wrap::Mirror => Wrap::Mirror,
+                description::Wrap::Clamp => Wrap::Clamp,
+            },
+        }),
+        description::TextureKind::Checkerboard { colors } => {
+            TextureKind::Checkerboard { colors: colors.map(|id| id.0 as u32) }
+        }
+    };
+    let DAffine2 { matrix2, translation } = texture.to_uv;
+    Texture { kind, to_uv: glam::Affine2 { matrix2: matrix2.as_mat2(), translation: translation.as_vec2() } }
+}

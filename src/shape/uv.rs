@@ -1,0 +1,140 @@
+//! Texture coordinates of a point of a surface, and how the point moves with them. Only textured materials ask.
+//!
+//! Conventions are Mitsuba's: a mesh has those of its file, or else u and v are the barycentric coordinates of the second and
+//! third vertex; around an axis u is the angle over 2π; v is the angle from a sphere's pole over π, or the height in a
+//! cylinder of height 1; on a disk u is the distance from its middle over its radius, v the angle over 2π.
+
+use super::offset::SurfacePoint;
+use super::{Shape, TriangleMesh};
+use crate::math::ray::Ray;
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+use std::f64::consts::{PI, TAU};
+
+/// The texture coordinates of one shape.
+#[derive(Clone, Debug, PartialEq)]
+pub enum UvField {
+    /// One pair for each vertex of a mesh.
+    Vertices(Vec<Vec2>),
+    /// A mesh without them.
+    Barycentric,
+    /// A quadric, which `to_scene` makes of the unit sphere, the unit disk or the unit cylinder from z = 0 to 1.
+    Quadric {
+        /// Which.
+        kind: Quadric,
+        /// Its own space to the compiled scene's.
+        to_scene: DAffine3,
+        /// And back.
+        to_own: DAffine3,
+    },
+}
+
+/// The quadrics, each in its own space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quadric {
+    /// The unit sphere; its pole is +z.
+    Sphere,
+    /// The unit disk in z = 0.
+    Disk,
+    /// The unit cylinder.
+    Cylinder,
+}
+
+/// Texture coordinates, and how the surface moves with them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UvPoint {
+    /// (u, v).
+    pub uv: Vec2,
+    /// ∂p/∂u and ∂p/∂v in the compiled scene's space; both zero where position is no function of (u, v).
+    pub dp: [Vec3; 2],
+}
+
+impl UvField {
+    /// Of a quadric that `to_scene` makes of the one in its own space.
+    pub fn quadric(kind: Quadric, to_scene: DAffine3) -> Self {
+        Self::Quadric { kind, to_scene, to_own: to_scene.inverse() }
+    }
+
+    /// At the point where `ray` meets `primitive` of `shape`.
+    pub fn at(&self, shape: &Shape, primitive: u32, ray: &Ray, point: &SurfacePoint) -> UvPoint {
+        match (self, shape) {
+            (Self::Quadric { kind, to_scene, to_own }, _) => {
+                let (uv, dp) = kind.at(to_own.transform_point3(point.p));
+                UvPoint { uv: uv.as_vec2(), dp: dp.map(|d| to_scene.transform_vector3(d).as_vec3()) }
+            }
+            (Self::Vertices(uvs), Shape::Mesh(mesh)) => {
+                let corners = mesh.faces[primitive as usize].map(|i| uvs[i as usize].as_dvec2());
+                on_triangle(mesh, primitive, ray, corners)
+            }
+            (_, Shape::Mesh(mesh)) => on_triangle(mesh, primitive, ray, [DVec2::ZERO, DVec2::X, DVec2::Y]),
+            // A field is made for its shape.
+            (Self::Vertices(_) | Self::Barycentric, _) => UvPoint { uv: Vec2::ZERO, dp: [Vec3::ZERO; 2] },
+        }
+    }
+}
+
+fn on_triangle(mesh: &TriangleMesh, face: u32, ray: &Ray, corners: [DVec2; 3]) -> UvPoint {
+    let [_, b1, b2] = mesh.barycentrics(ray, face);
+    let [a, b, c] = mesh.triangle(face).map(|v| v.as_dvec3());
+    let (e1, e2) = (b - a, c - a);
+    let (d1, d2) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let uv = corners[0] + d1 * b1 + d2 * b2;
+    // Cramer's rule for the equations ∂p/∂u·du + ∂p/∂v·dv = dp of the two edges.
+    let det = d1.perp_dot(d2);
+    let dp = match det == 0.0 {
+        true => [Vec3::ZERO; 2],
+        false => [(e1 * d2.y - e2 * d1.y) / det, (e2 * d1.x - e1 * d2.x) / det].map(DVec3::as_vec3),
+    };
+    UvPoint { uv: uv.as_vec2(), dp }
+}
+
+impl Quadric {
+    /// (u, v) of a point of the quadric's own space, and the derivatives of the point.
+    fn at(self, q: DVec3) -> (DVec2, [DVec3; 2]) {
+        let xy = q.truncate();
+        // The angle over 2π, in [0, 1).
+        let angle = libm::atan2(xy.y, xy.x) / TAU;
+        let turn = if angle < 0.0 { angle + 1.0 } else { angle };
+        let around = DVec3::new(-xy.y, xy.x, 0.0) * TAU;
+        // Along the circle's radius; any direction in its middle.
+        let radial = xy.normalize_or(DVec2::X).extend(0.0);
+        match self {
+            Self::Sphere => {
+                let sin = xy.length();
+                let down = (radial * q.z - DVec3::Z * sin) * PI;
+                (DVec2::new(turn, libm::atan2(sin, q.z) / PI), [around, down])
+            }
+            Self::Disk => (DVec2::new(xy.length(), turn), [radial, around]),
+            Self::Cylinder => (DVec2::new(turn, q.z), [around, DVec3::Z]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Derivatives are differences over small steps, where the field is smooth.
+    #[test]
+    fn derivatives_are_those_of_the_point() {
+        const STEP: f64 = 1e-6;
+        let points = |kind, u: f64, v: f64| match kind {
+            Quadric::Sphere => {
+                let (sin, cos) = libm::sincos(v * PI);
+                DVec3::new(sin * libm::cos(u * TAU), sin * libm::sin(u * TAU), cos)
+            }
+            Quadric::Disk => DVec3::new(u * libm::cos(v * TAU), u * libm::sin(v * TAU), 0.0),
+            Quadric::Cylinder => DVec3::new(libm::cos(u * TAU), libm::sin(u * TAU), v),
+        };
+        for kind in [Quadric::Sphere, Quadric::Disk, Quadric::Cylinder] {
+            for (u, v) in [(0.1, 0.3), (0.45, 0.8), (0.9, 0.5)] {
+                let p = points(kind, u, v);
+                let (uv, dp) = kind.at(p);
+                assert!((uv - DVec2::new(u, v)).length() < 1e-12, "{kind:?} {uv}");
+                let steps = [points(kind, u + STEP, v) - p, points(kind, u, v + STEP) - p];
+                for (derivative, step) in dp.into_iter().zip(steps) {
+                    assert!((derivative - step / STEP).length() < 1e-4, "{kind:?} {derivative}");
+                }
+            }
+        }
+    }
+}

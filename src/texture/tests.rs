@@ -1,0 +1,98 @@
+//! Lookups in pictures and checkerboards.
+
+use super::*;
+use crate::image::Raster;
+use std::sync::Arc;
+
+/// A picture of 4×2 pixels with the red channel 0, 51, ... from the left, green 255 in the lower row.
+fn picture() -> Arc<Raster> {
+    let mut pixels = image::RgbImage::new(4, 2);
+    for (x, y, p) in pixels.enumerate_pixels_mut() {
+        *p = image::Rgb([51 * x as u8, 255 * y as u8, 0]);
+    }
+    let mut png = std::io::Cursor::new(Vec::new());
+    pixels.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    Arc::new(Raster::decode(&png.into_inner(), None, true).unwrap())
+}
+
+fn bitmap(bilinear: bool, wrap: Wrap) -> Bitmap {
+    Bitmap { image: picture(), bilinear, wrap }
+}
+
+fn close(a: Rgb, b: [f32; 3]) -> bool {
+    // Two interpolations of numbers up to 1.
+    (a.0 - glam::Vec3::from(b)).abs().max_element() <= 4.0 * f32::EPSILON
+}
+
+#[test]
+fn pixels_have_their_own_colour_in_their_middle() {
+    for bilinear in [false, true] {
+        let b = bitmap(bilinear, Wrap::Repeat);
+        for x in 0..4u8 {
+            for y in 0..2u8 {
+                let uv = Vec2::new((f32::from(x) + 0.5) / 4.0, (f32::from(y) + 0.5) / 2.0);
+                assert!(close(b.colour(uv), [0.2 * f32::from(x), f32::from(y), 0.0]), "{x} {y}");
+            }
+        }
+    }
+}
+
+#[test]
+fn bilinear_lookups_interpolate_and_have_that_gradient() {
+    let b = bitmap(true, Wrap::Clamp);
+    let uv = Vec2::new(0.3, 0.4);
+    // Columns at 1/8 and 3/8, 0.7 of the way; rows at 1/4 and 3/4, 0.3 of the way.
+    assert!(close(b.colour(uv), [0.2 * 0.7, 0.3, 0.0]));
+    let [red, green, _] = Rgb::LUMINANCE;
+    let expected = Vec2::new(0.2 * 4.0 * red, 2.0 * green);
+    assert!((b.gradient(uv) - expected).length() < 1e-6);
+    assert_eq!(bitmap(false, Wrap::Clamp).gradient(uv), Vec2::ZERO);
+}
+
+#[test]
+fn outside_the_unit_square_the_picture_wraps() {
+    let red = |wrap, u: f32| (bitmap(false, wrap).colour(Vec2::new(u, 0.1)).0.x * 5.0).round();
+    let around = [-0.375, -0.125, 0.125, 1.125, 1.375];
+    assert_eq!(around.map(|u| red(Wrap::Repeat, u)), [2.0, 3.0, 0.0, 0.0, 1.0]);
+    assert_eq!(around.map(|u| red(Wrap::Mirror, u)), [1.0, 0.0, 0.0, 3.0, 2.0]);
+    assert_eq!(around.map(|u| red(Wrap::Clamp, u)), [0.0, 0.0, 0.0, 3.0, 3.0]);
+}
+
+#[test]
+fn coordinates_without_bounds_are_no_panic() {
+    for u in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -f32::MAX] {
+        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+            for bilinear in [false, true] {
+                let _ = bitmap(bilinear, wrap).colour(Vec2::new(u, -u));
+                let _ = bitmap(bilinear, wrap).gradient(Vec2::new(u, -u));
+            }
+        }
+    }
+}
+
+#[test]
+fn checkerboards_alternate_by_half_units() {
+    let constant = |v| Texture { kind: TextureKind::Constant(Rgb::splat(v)), to_uv: Affine2::IDENTITY };
+    let board = TextureKind::Checkerboard { colors: [0, 1] };
+    let scaled = Affine2::from_scale(Vec2::new(2.0, 1.0));
+    let textures = Textures::new(vec![
+        constant(0.0),
+        constant(1.0),
+        Texture { kind: board.clone(), to_uv: Affine2::IDENTITY },
+        Texture { kind: board, to_uv: scaled },
+    ]);
+    let at = |index, u, v| textures.luminance(index, &TexturePoint { uv: Vec2::new(u, v) }).round();
+    assert_eq!([at(2, 0.2, 0.2), at(2, 0.7, 0.2), at(2, 0.7, 0.7), at(2, -0.2, 0.2)], [0.0, 1.0, 0.0, 1.0]);
+    assert_eq!([at(3, 0.2, 0.2), at(3, 0.3, 0.2), at(3, 0.6, 0.2)], [0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn integer_samples_are_decoded_by_the_transfer_function_unless_raw() {
+    let mut pixels = image::GrayImage::new(1, 1);
+    pixels.put_pixel(0, 0, image::Luma([188]));
+    let mut png = std::io::Cursor::new(Vec::new());
+    pixels.write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let decoded = |raw| Raster::decode(png.get_ref(), None, raw).unwrap().colour(0, 0).0.x;
+    assert_eq!(decoded(true), 188.0 / 255.0);
+    assert_eq!(decoded(false), crate::spectrum::srgb_to_linear(188.0 / 255.0) as f32);
+}
