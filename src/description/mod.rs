@@ -6,7 +6,10 @@
 mod bsdf;
 mod texture;
 
-pub use bsdf::{Bsdf, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, SurfaceNeeds, Varying};
+pub use bsdf::{
+    Bsdf, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, Plastic, PrincipledShared,
+    SurfaceNeeds, Varying,
+};
 pub use texture::{Texture, TextureKind, Wrap};
 
 use crate::error::Span;
