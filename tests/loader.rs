@@ -307,7 +307,7 @@ fn cubes_disks_cylinders_and_points() {
 fn references_aliases_and_unused_objects() {
     let s = scene(
         r#"<shape type="sphere"><ref id="late"/></shape>
-        <bsdf type="plastic" id="unused"/>
+        <bsdf type="hair" id="unused"/>
         <bsdf type="diffuse" id="unused_too"><spectrum name="reflectance" filename="nowhere.spd"/></bsdf>
         <bsdf type="twosided" id="late"><bsdf type="twosided"><ref id="inner"/></bsdf></bsdf>
         <bsdf type="diffuse" id="inner"/><alias id="inner" as="other"/>

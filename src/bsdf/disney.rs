@@ -6,7 +6,7 @@
 
 use super::fresnel;
 use super::microfacet::{Distribution, Microfacets};
-use super::parameter::{Parameter, not_negative, scalar, up_to};
+use super::parameter::{Parameter, not_negative, up_to};
 use crate::math::float::{max, min, safe_sqrt, sqr};
 use crate::spectrum::Rgb;
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -58,7 +58,8 @@ impl Disney {
             Parameter::Roughness => self.roughness = up_to(1.0, value),
             Parameter::Anisotropic => self.anisotropic = up_to(1.0, value),
             Parameter::SpecTrans => self.spec_trans = up_to(1.0, value),
-            Parameter::Eta => self.eta = max(scalar(value), 0.0),
+            // The one that is a colour elsewhere.
+            Parameter::Eta => self.eta = max(value.luminance(), 0.0),
             Parameter::SpecTint => self.spec_tint = up_to(1.0, value),
             Parameter::Sheen => self.sheen = up_to(1.0, value),
             Parameter::SheenTint => self.sheen_tint = up_to(1.0, value),

@@ -12,7 +12,7 @@
 
 use super::beckmann;
 use crate::math::float::{max, safe_sqrt, sqr};
-use crate::sampling::warp::sin_cos;
+use crate::sampling::warp::{sin_cos, square_to_disk};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -150,6 +150,32 @@ impl Microfacets {
         let r = safe_sqrt((1.0 - z) * (1.0 + z));
         let half = Vec3::new(r * cos, r * sin, z) + stretched;
         (self.alpha * half.truncate()).extend(max(half.z, 0.0)).normalize_or(Vec3::Z)
+    }
+
+    /// Microfacet normals as seen from `w`, which lies in the plane of z and x, by two uniform numbers: `along`, and that of
+    /// the function, which decides what is across that plane, symmetrically. Like [`Self::sample_visible`], but for GGX by
+    /// another map, from a hemisphere that is seen as a disk and half a disk (Heitz 2018, *Sampling the GGX Distribution of
+    /// Visible Normals*), which is Mitsuba's: for quadratures whose result is to be Mitsuba's, error included.
+    pub(super) fn visible_line(&self, w: Vec3, along: f32) -> impl Fn(f32) -> Vec3 {
+        let Self { distribution, alpha } = *self;
+        let t = (alpha * w.truncate()).extend(w.z).normalize();
+        let slope = match distribution {
+            Distribution::Ggx => 0.0,
+            Distribution::Beckmann => beckmann::visible_slope(f64::from(t.z) / f64::from(t.x), along),
+        };
+        move |across| {
+            if distribution == Distribution::Beckmann {
+                let slope = alpha * Vec2::new(slope, beckmann::slope(across));
+                return (-slope).extend(1.0).normalize();
+            }
+            let p = square_to_disk(Vec2::new(across, along));
+            let s = 0.5 * (1.0 + t.z);
+            let y = (1.0 - s) * safe_sqrt(1.0 - sqr(p.x)) + s * p.y;
+            let z = safe_sqrt(1.0 - sqr(p.x) - sqr(y));
+            // In the frame of t, the y axis, and what is perpendicular to both.
+            let half = z * t + p.x * Vec3::Y + y * Vec3::new(-t.z, 0.0, t.x);
+            (alpha * half.truncate()).extend(max(half.z, 0.0)).normalize_or(Vec3::Z)
+        }
     }
 
     /// Slopes along and across the direction of view, as if the roughness were 1, then stretched (Heitz and d'Eon 2014,

@@ -12,6 +12,7 @@ mod fresnel;
 mod gtr1;
 mod microfacet;
 mod null;
+mod oren_nayar;
 mod parameter;
 mod plastic;
 mod principled;
@@ -27,6 +28,7 @@ pub use diffuse::Diffuse;
 pub use disney::Disney;
 pub use microfacet::{Distribution, Microfacets};
 pub use null::Null;
+pub use oren_nayar::OrenNayar;
 pub use parameter::Parameter;
 pub use plastic::Plastic;
 pub use principled::Principled;
@@ -65,6 +67,8 @@ pub enum Bsdf {
     Principled(Principled),
     /// The same for a sheet.
     PrincipledThin(PrincipledThin),
+    /// Rough diffuse reflection.
+    OrenNayar(OrenNayar),
     /// A surface that is not there.
     Null(Null),
 }
@@ -112,6 +116,7 @@ macro_rules! each {
             Bsdf::RoughPlastic($b) => $e,
             Bsdf::Principled($b) => $e,
             Bsdf::PrincipledThin($b) => $e,
+            Bsdf::OrenNayar($b) => $e,
             Bsdf::Null($b) => $e,
         }
     };

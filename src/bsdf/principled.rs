@@ -166,7 +166,8 @@ impl Principled {
         let masking = Microfacets::new(Distribution::Ggx, MASKING_ALPHA, MASKING_ALPHA);
         let d = self.coat().d(m);
         let value = 0.25 * self.clearcoat * self.coat_fresnel(cos) * d * masking.g1(wo, m) * masking.g1(wi, m) * wi.z;
-        (value, d * m.z / (4.0 * cos))
+        // Normals are not sampled by visibility: a facet that is seen nearly edge-on spreads to next to no solid angle.
+        (value, min(d * m.z / (4.0 * cos), f32::MAX))
     }
 
     #[inline(never)]

@@ -18,7 +18,7 @@ use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::sampling::warp;
 use crate::spectrum::Rgb;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 /// Cosines that the coat's transmittance is tabulated for, from 0 to 1: as many as in Mitsuba.
 const ANGLES: usize = 64;
@@ -50,8 +50,8 @@ impl RoughPlastic {
         for (i, t) in transmittance.iter_mut().enumerate() {
             let cos = max(i as f32 / (ANGLES - 1) as f32, SMALLEST_COSINE);
             let wo = Vec3::new(safe_sqrt((1.0 - cos) * (1.0 + cos)), 0.0, cos);
-            *t = outer.mean(|u| refracted(&facets, wo, eta, facets.sample_visible(wo, u))) as f32;
-            inside += inner.mean(|u| reflected(&facets, wo, 1.0 / eta, facets.sample_visible(wo, u))) * f64::from(cos);
+            *t = outer.mean(&facets, wo, |m| refracted(&facets, wo, eta, m)) as f32;
+            inside += inner.mean(&facets, wo, |m| reflected(&facets, wo, 1.0 / eta, m)) * f64::from(cos);
         }
         let inside = (2.0 * inside / ANGLES as f64) as f32;
         let base = Base { reflectance: diffuse_reflectance, inside, nonlinear };
@@ -125,23 +125,26 @@ impl RoughPlastic {
 /// Instead of a cosine of 0, whose directions lie in the surface; as in Mitsuba.
 const SMALLEST_COSINE: f32 = 1e-6;
 
-/// A rule for integrals over the unit square.
+/// A rule for integrals over the unit square, with as many nodes as Mitsuba's.
 struct Rule(Vec<(f64, f64)>);
 
 impl Rule {
     /// For what an interface of index `eta` does: where that can reflect everything, integrands have a kink.
     fn new(eta: f32) -> Self {
-        /// As many nodes as in Mitsuba.
         const SMOOTH: usize = 32;
-        /// See [`SMOOTH`].
         const WITH_KINK: usize = 128;
         Self(gauss_legendre(if eta > 1.0 { SMOOTH } else { WITH_KINK }))
     }
 
-    /// The mean of `f` over the unit square.
-    fn mean(&self, f: impl Fn(Vec2) -> f32) -> f64 {
-        let line = |x: f64| self.0.iter().map(|&(y, w)| w * f64::from(f(Vec2::new(x as f32, y as f32)))).sum::<f64>();
-        self.0.iter().map(|&(x, w)| w * line(x)).sum()
+    /// The mean of `f` over the microfacets that are seen from `wo`, in the plane of z and x.
+    fn mean(&self, facets: &Microfacets, wo: Vec3, f: impl Fn(Vec3) -> f32) -> f64 {
+        // Either side of that plane has as much.
+        let half = &self.0[..self.0.len() / 2];
+        let line = |x: f64| {
+            let normal = facets.visible_line(wo, x as f32);
+            half.iter().map(|&(y, w)| w * f64::from(f(normal(y as f32)))).sum::<f64>()
+        };
+        self.0.iter().map(|&(x, w)| 2.0 * w * line(x)).sum()
     }
 }
 

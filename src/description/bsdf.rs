@@ -123,6 +123,53 @@ pub enum BsdfKind {
         /// Factor on the transmission; 1 is physical.
         specular_transmittance: Rgb,
     },
+    /// Two interfaces between dielectrics, close together.
+    ThinDielectric {
+        /// Index of refraction between them.
+        int_ior: f64,
+        /// Index of refraction outside.
+        ext_ior: f64,
+        /// Factor on the reflection; 1 is physical.
+        specular_reflectance: Rgb,
+        /// Factor on the transmission; 1 is physical.
+        specular_transmittance: Rgb,
+    },
+    /// A diffuse base under a smooth coat, front side only.
+    Plastic(Plastic),
+    /// A diffuse base under a rough coat, front side only.
+    RoughPlastic {
+        /// The coat's microfacets, isotropic.
+        facets: Microfacets,
+        /// The rest.
+        plastic: Plastic,
+    },
+    /// Burley's principled bsdf.
+    Principled {
+        /// What it shares with the thin one.
+        shared: PrincipledShared,
+        /// Share of metal in [0, 1].
+        metallic: f64,
+        /// Strength of the clear coat in [0, 1].
+        clearcoat: f64,
+        /// Gloss of the clear coat in [0, 1].
+        clearcoat_gloss: f64,
+    },
+    /// The same for a sheet.
+    PrincipledThin {
+        /// What it shares with the solid one.
+        shared: PrincipledShared,
+        /// How much of the diffuse part is transmitted, in [0, 2].
+        diff_trans: f64,
+    },
+    /// Rough diffuse reflection, front side only; not one of Mitsuba's.
+    OrenNayar {
+        /// Albedo of the facets.
+        reflectance: Rgb,
+        /// Roughness in [0, 1]; 0 is Lambertian.
+        roughness: f64,
+    },
+    /// Lets light pass as if nothing was there.
+    Null,
     /// One-sided bsdfs made two-sided.
     TwoSided {
         /// Seen from the front.
@@ -159,6 +206,44 @@ pub enum BsdfKind {
     },
 }
 
+/// What the two kinds of plastic share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plastic {
+    /// Index of refraction inside.
+    pub int_ior: f64,
+    /// Index of refraction outside.
+    pub ext_ior: f64,
+    /// Albedo of the base.
+    pub diffuse_reflectance: Rgb,
+    /// Factor on the coat's reflection; 1 is physical.
+    pub specular_reflectance: Rgb,
+    /// Whether light that is scattered several times inside takes the base's hue as often.
+    pub nonlinear: bool,
+}
+
+/// What the two principled bsdfs share. All numbers but `eta` are in [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipledShared {
+    /// The colour.
+    pub base_color: Rgb,
+    /// The square root of the microfacets' α.
+    pub roughness: f64,
+    /// How far α differs along the tangents.
+    pub anisotropic: f64,
+    /// Share of what is not diffuse but transmits specularly.
+    pub spec_trans: f64,
+    /// Index of refraction inside relative to outside.
+    pub eta: f64,
+    /// How far dielectric reflection has the hue of the base.
+    pub spec_tint: f64,
+    /// Strength of the sheen.
+    pub sheen: f64,
+    /// How far the sheen has the hue of the base.
+    pub sheen_tint: f64,
+    /// Share of the diffuse part that looks like subsurface scattering.
+    pub flatness: f64,
+}
+
 /// Where a perturbed normal comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NormalSource {
@@ -193,8 +278,20 @@ impl Bsdf {
     pub fn transmits(&self, bsdfs: &[Self]) -> bool {
         let of = |id: &BsdfId| bsdfs[id.0].transmits(bsdfs);
         match &self.kind {
-            BsdfKind::Dielectric { .. } | BsdfKind::RoughDielectric { .. } | BsdfKind::Mask { .. } => true,
-            BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } | BsdfKind::RoughConductor { .. } => false,
+            BsdfKind::Dielectric { .. }
+            | BsdfKind::RoughDielectric { .. }
+            | BsdfKind::ThinDielectric { .. }
+            | BsdfKind::PrincipledThin { .. }
+            | BsdfKind::Null
+            | BsdfKind::Mask { .. } => true,
+            BsdfKind::Diffuse { .. }
+            | BsdfKind::OrenNayar { .. }
+            | BsdfKind::Conductor { .. }
+            | BsdfKind::RoughConductor { .. }
+            | BsdfKind::Plastic { .. }
+            | BsdfKind::RoughPlastic { .. } => false,
+            // Where a texture says how much, a constant that is not zero stands for it.
+            BsdfKind::Principled { shared, .. } => shared.spec_trans > 0.0,
             BsdfKind::TwoSided { front, back } => of(front) || of(back),
             BsdfKind::Blend { first, second, .. } => of(first) || of(second),
             BsdfKind::Perturbed { nested, .. } => of(nested),
@@ -220,9 +317,17 @@ impl Bsdf {
             BsdfKind::Blend { first, second, weight } => of(first).or(of(second)).or(number(weight)),
             BsdfKind::Mask { nested, opacity } => of(nested).or(number(opacity)),
             BsdfKind::Perturbed { nested, .. } => of(nested).or(SurfaceNeeds { uvs: true, tangents: true }),
-            BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } | BsdfKind::Dielectric { .. } => {
-                SurfaceNeeds::default()
+            BsdfKind::Principled { shared, .. } | BsdfKind::PrincipledThin { shared, .. } => {
+                SurfaceNeeds { uvs: false, tangents: shared.anisotropic > 0.0 }
             }
+            BsdfKind::Diffuse { .. }
+            | BsdfKind::OrenNayar { .. }
+            | BsdfKind::Conductor { .. }
+            | BsdfKind::Dielectric { .. }
+            | BsdfKind::ThinDielectric { .. }
+            | BsdfKind::Plastic { .. }
+            | BsdfKind::RoughPlastic { .. }
+            | BsdfKind::Null => SurfaceNeeds::default(),
         };
         let anisotropic = self.varying.iter().any(|(p, _)| *p == Parameter::Anisotropic);
         let own = own.or(SurfaceNeeds { uvs: false, tangents: anisotropic });

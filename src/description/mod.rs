@@ -8,7 +8,10 @@ mod bsdf;
 mod texture;
 
 pub use aov::{Aov, AovKind};
-pub use bsdf::{Bsdf, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, SurfaceNeeds, Varying};
+pub use bsdf::{
+    Bsdf, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, Plastic, PrincipledShared,
+    SurfaceNeeds, Varying,
+};
 pub use texture::{Texture, TextureKind, Wrap};
 
 use crate::error::Span;

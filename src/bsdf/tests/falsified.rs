@@ -144,7 +144,7 @@ fn a_missing_cosine_is_rejected() {
     let bsdf = Bsdf::Diffuse(Diffuse { reflectance: Rgb::splat(0.8) });
     rejected_density(&WrongPdf { bsdf: bsdf.clone(), factor: |_: Vec3, wi: Vec3| 0.5 / wi.z.max(1e-9) });
     let wrong = WrongValue { bsdf, factor: |_: Vec3, wi: Vec3| 1.0 / wi.z.max(1e-9) };
-    assert!(laws::reciprocity(&wrong, WO, 1.0).is_err());
+    assert!(laws::reciprocity(&wrong, WO, 1.0, |_, _| false).is_err());
 }
 
 #[test]
@@ -156,12 +156,12 @@ fn a_wrong_value_is_rejected() {
         if reflects(wo, wi) { 1.0 } else { sqr(eta) }
     };
     let wrong = WrongValue { bsdf: bsdf.clone(), factor: compressed_twice };
-    assert!(laws::reciprocity(&wrong, WO, ETA).is_err());
+    assert!(laws::reciprocity(&wrong, WO, ETA, |_, _| false).is_err());
     assert!(laws::energy(&wrong, WO, 0.0).is_err());
     // Masking of one direction only.
     let facets = Microfacets::new(Distribution::Ggx, 0.3, 0.3);
     let half_masked = WrongValue { bsdf, factor: |_: Vec3, wi: Vec3| 1.0 / facets.view(wi).masking };
-    assert!(laws::reciprocity(&half_masked, WO, ETA).is_err());
+    assert!(laws::reciprocity(&half_masked, WO, ETA, |_, _| false).is_err());
 }
 
 #[test]

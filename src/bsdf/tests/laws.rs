@@ -4,6 +4,7 @@ use super::*;
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::sampling::chi_square;
 use crate::sampling::warp;
+use glam::DVec3;
 
 /// False-alarm rate of all χ² tests of a family together.
 const FALSE_ALARMS: f64 = 0.01;
@@ -17,7 +18,8 @@ pub(super) fn density(subject: &impl Subject, wo: Vec3, tests: usize) -> Result<
     const SAMPLES: u32 = 50_000;
     /// Standard deviations that the lost samples' number may be off by: false alarms are one in a million.
     const DEVIATIONS: f64 = 5.0;
-    let sample = |i| subject.draw(wo, uniform(11, i)).map(|s| s.wi);
+    // Delta lobes have no density, and count as lost.
+    let sample = |i| subject.draw(wo, uniform(11, i)).filter(|s| s.pdf.is_some()).map(|s| s.wi);
     let outcome = chi_square::on_sphere(SAMPLES, sample, |wi| subject.value_and_pdf(wo, wi).1.0.into());
     let missing = 1.0 - outcome.integral;
     // The variance of one sample, at least that of one lost in the whole run.
@@ -79,9 +81,35 @@ pub(super) fn energy(subject: &impl Subject, wo: Vec3, gain: f32) -> Result<(), 
     Ok(())
 }
 
+/// Samples carry no more than `most` of what came in, on average: for bsdfs of several lobes, whose samples may weigh more
+/// if only others weigh less.
+pub(super) fn albedo(subject: &impl Subject, wo: Vec3, most: f32) -> Result<(), String> {
+    const POINTS: u32 = 1 << 13;
+    /// Error of an integral over Sobol' points: samples are smooth functions of them but where the lobe changes, and at such
+    /// edges the error is some POINTS^(−3/4), a thousandth, of weights of some units.
+    const QUADRATURE: f32 = 4e-3;
+    let mut sum = DVec3::ZERO;
+    for i in 0..POINTS {
+        let u = Sampler { kind: SamplerKind::Sobol, seed: 8 }.stream(0, 0, i).bsdf(0);
+        let Some(s) = subject.draw(wo, u) else { continue };
+        if !(s.weight.0.min_element() >= 0.0) {
+            return Err(format!("wi {}: weight {:?}", s.wi, s.weight));
+        }
+        sum += (s.weight.0 * (s.eta * s.eta)).as_dvec3();
+    }
+    let mean = sum / f64::from(POINTS);
+    let good = mean.max_element() <= f64::from(most + QUADRATURE);
+    if good { Ok(()) } else { Err(format!("albedo {mean}, more than {most}")) }
+}
+
 /// f(wo, wi)/ηi² = f(wi, wo)/ηo², up to rounding (Veach 1997, equation 5.14, for radiance as it is seen), where `eta` is
-/// the index below relative to above: for directions all over the sphere, and for sampled ones.
-pub(super) fn reciprocity(subject: &impl Subject, wo: Vec3, eta: f32) -> Result<(), String> {
+/// the index below relative to above: for directions all over the sphere, and for sampled ones, but for pairs that are `exempt`.
+pub(super) fn reciprocity(
+    subject: &impl Subject,
+    wo: Vec3,
+    eta: f32,
+    exempt: fn(Vec3, Vec3) -> bool,
+) -> Result<(), String> {
     let index = |w: Vec3| if w.z > 0.0 { 1.0 } else { eta };
     for i in 0..500 {
         let u = uniform(3, i);
@@ -91,6 +119,9 @@ pub(super) fn reciprocity(subject: &impl Subject, wo: Vec3, eta: f32) -> Result<
             let value = |wo: Vec3, wi: Vec3| {
                 subject.value_and_pdf(wo, wi).0.0.element_sum() / wi.z.abs() * index(wi) * index(wi)
             };
+            if exempt(wo, wi) {
+                continue;
+            }
             let (a, b) = (value(wo, wi), value(wi, wo));
             // Below the normal numbers every value is rounded to the same absolute step.
             let tolerance = OPERATIONS * a

@@ -1,8 +1,9 @@
 //! Bsdfs.
 
 use super::colour::colour;
-use super::texture::{required_texture, vary, varying};
-use crate::description::{BsdfId, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter};
+use super::principled::{fraction, principled, principled_thin};
+use super::texture::{find_texture, required_texture, vary, varying};
+use crate::description::{BsdfId, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, Plastic};
 use crate::error::Result;
 use crate::loader::build::Builder;
 use crate::loader::conductors::{conductor, conductor_names};
@@ -23,13 +24,20 @@ pub(crate) const BSDFS: &[(&str, BsdfFn)] = &[
     ("diffuse", diffuse),
     ("mask", mask),
     ("normalmap", normalmap),
+    ("null", null),
+    ("oren_nayar", oren_nayar),
+    ("plastic", plastic),
+    ("principled", principled),
+    ("principledthin", principled_thin),
     ("roughconductor", rough_conductor),
     ("roughdielectric", rough_dielectric),
+    ("roughplastic", rough_plastic),
+    ("thindielectric", thin_dielectric),
     ("twosided", twosided),
 ];
 
-/// Reflectance of `diffuse` unless given.
-const DEFAULT_REFLECTANCE: f32 = 0.5;
+/// Reflectance of what is diffuse unless given.
+pub(super) const DEFAULT_REFLECTANCE: f32 = 0.5;
 
 /// Weight of a blend and opacity of a mask unless given.
 const DEFAULT_WEIGHT: f64 = 0.5;
@@ -148,6 +156,65 @@ fn rough_dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     })
 }
 
+fn thin_dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    Ok(BsdfKind::ThinDielectric {
+        int_ior: ior(p, "int_ior", "bk7")?,
+        ext_ior: ior(p, "ext_ior", "air")?,
+        specular_reflectance: reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?
+            .unwrap_or(Rgb::WHITE),
+        specular_transmittance: reflectance(b, p, Parameter::SpecularTransmittance, "specular_transmittance")?
+            .unwrap_or(Rgb::WHITE),
+    })
+}
+
+fn plastic(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    plastic_parameters(b, p).map(BsdfKind::Plastic)
+}
+
+fn plastic_parameters(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Plastic> {
+    Ok(Plastic {
+        int_ior: ior(p, "int_ior", "polypropylene")?,
+        ext_ior: ior(p, "ext_ior", "air")?,
+        diffuse_reflectance: reflectance(b, p, Parameter::DiffuseReflectance, "diffuse_reflectance")?
+            .unwrap_or(Rgb::splat(DEFAULT_REFLECTANCE)),
+        specular_reflectance: reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?
+            .unwrap_or(Rgb::WHITE),
+        nonlinear: p.boolean("nonlinear", false)?,
+    })
+}
+
+fn rough_plastic(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    // The coat's transmittance is tabulated, so that its roughness must be the same everywhere; in Mitsuba, too.
+    for name in ["alpha", "alpha_u", "alpha_v"] {
+        if find_texture(b, p, name).is_some() {
+            return Err(p.error(name, format!("'{name}' of rough plastic must be a number, not a texture")));
+        }
+    }
+    let facets = microfacets(b, p)?;
+    if facets.alpha_u != facets.alpha_v {
+        return Err(p.error("alpha_u", "'alpha_u' and 'alpha_v' of rough plastic must be equal"));
+    }
+    let plastic = plastic_parameters(b, p)?;
+    if plastic.int_ior == plastic.ext_ior {
+        return Err(p.error("int_ior", "'int_ior' and 'ext_ior' of rough plastic must differ"));
+    }
+    Ok(BsdfKind::RoughPlastic { facets, plastic })
+}
+
+/// Not one of Mitsuba's.
+fn oren_nayar(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    const DEFAULT_ROUGHNESS: f64 = 0.5;
+    Ok(BsdfKind::OrenNayar {
+        reflectance: reflectance(b, p, Parameter::Reflectance, "reflectance")?
+            .unwrap_or(Rgb::splat(DEFAULT_REFLECTANCE)),
+        roughness: fraction(b, p, Parameter::Roughness, "roughness", DEFAULT_ROUGHNESS)?,
+    })
+}
+
+fn null(_: &mut Builder<'_>, _: &Params<'_>) -> Result<BsdfKind> {
+    Ok(BsdfKind::Null)
+}
+
 fn ior(p: &Params<'_>, name: &'static str, default: &str) -> Result<f64> {
     let is_text = p.find(name).is_none_or(|param| matches!(param.value, Value::Text(_)));
     if !is_text {
@@ -228,7 +295,12 @@ fn perturbed(b: &mut Builder<'_>, p: &Params<'_>, normal: NormalSource) -> Resul
 
 /// A reflectance, which a texture may give as `parameter`; a constant above 1 makes light from nothing, which Mitsuba lets
 /// pass, too.
-fn reflectance(b: &mut Builder<'_>, p: &Params<'_>, parameter: Parameter, name: &'static str) -> Result<Option<Rgb>> {
+pub(super) fn reflectance(
+    b: &mut Builder<'_>,
+    p: &Params<'_>,
+    parameter: Parameter,
+    name: &'static str,
+) -> Result<Option<Rgb>> {
     if vary(b, p, name, &[parameter])? {
         return Ok(None);
     }

@@ -6,6 +6,7 @@ pub(crate) mod colour;
 pub(crate) mod emitter;
 pub(crate) mod film;
 pub(crate) mod integrator;
+pub(crate) mod principled;
 pub(crate) mod sensor;
 pub(crate) mod shape;
 pub(crate) mod texture;

@@ -1,7 +1,8 @@
 //! Materials and textures.
 
 use crate::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Distribution, Microfacets, Parameter, RoughConductor, RoughDielectric,
+    Bsdf, Conductor, Dielectric, Diffuse, Disney, Distribution, Microfacets, Null, OrenNayar, Parameter, Plastic,
+    Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
 use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
 use crate::error::{Error, Result, Span};
@@ -145,10 +146,50 @@ fn leaf(kind: &BsdfKind) -> Option<Bsdf> {
             let eta = (int_ior / ext_ior) as f32;
             RoughDielectric::bsdf(microfacets(facets), eta, specular_reflectance, specular_transmittance)
         }
+        BsdfKind::ThinDielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance } => {
+            let eta = (int_ior / ext_ior) as f32;
+            Bsdf::ThinDielectric(ThinDielectric::new(eta, specular_reflectance, specular_transmittance))
+        }
+        BsdfKind::Plastic(p) => {
+            let eta = (p.int_ior / p.ext_ior) as f32;
+            Bsdf::Plastic(Plastic::new(eta, p.diffuse_reflectance, p.specular_reflectance, p.nonlinear))
+        }
+        BsdfKind::RoughPlastic { facets, plastic: p } => {
+            let (facets, eta) = (microfacets(facets), (p.int_ior / p.ext_ior) as f32);
+            let (diffuse, specular) = (p.diffuse_reflectance, p.specular_reflectance);
+            Bsdf::RoughPlastic(RoughPlastic::new(facets, eta, diffuse, specular, p.nonlinear))
+        }
+        BsdfKind::Principled { shared, metallic, clearcoat, clearcoat_gloss } => Bsdf::Principled(Principled {
+            disney: disney(shared),
+            metallic: metallic as f32,
+            clearcoat: clearcoat as f32,
+            clearcoat_gloss: clearcoat_gloss as f32,
+        }),
+        BsdfKind::PrincipledThin { shared, diff_trans } => {
+            Bsdf::PrincipledThin(PrincipledThin { disney: disney(shared), diff_trans: diff_trans as f32 })
+        }
+        BsdfKind::OrenNayar { reflectance, roughness } => {
+            Bsdf::OrenNayar(OrenNayar { reflectance, roughness: roughness as f32 })
+        }
+        BsdfKind::Null => Bsdf::Null(Null),
         BsdfKind::TwoSided { .. } | BsdfKind::Blend { .. } | BsdfKind::Mask { .. } | BsdfKind::Perturbed { .. } => {
             return None;
         }
     })
+}
+
+fn disney(shared: description::PrincipledShared) -> Disney {
+    Disney {
+        base_color: shared.base_color,
+        roughness: shared.roughness as f32,
+        anisotropic: shared.anisotropic as f32,
+        spec_trans: shared.spec_trans as f32,
+        eta: shared.eta as f32,
+        spec_tint: shared.spec_tint as f32,
+        sheen: shared.sheen as f32,
+        sheen_tint: shared.sheen_tint as f32,
+        flatness: shared.flatness as f32,
+    }
 }
 
 fn microfacets(facets: description::Microfacets) -> Microfacets {

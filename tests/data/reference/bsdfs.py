@@ -2,8 +2,8 @@
 
     python bsdfs.py > bsdfs.csv
 
-Columns: plugin, distribution, alpha_u, alpha_v, int_ior (ext_ior is 1), direction to the viewer, direction to the light,
-value times cosine (red, green, blue), density per solid angle.
+Columns: plugin and its other parameters as NAME=NUMBER, distribution, alpha_u, alpha_v, int_ior (ext_ior is 1), direction to
+the viewer, direction to the light, value times cosine (red, green, blue), density per solid angle.
 """
 import mitsuba as mi
 import numpy as np
@@ -38,13 +38,73 @@ def configurations():
                     "type": "roughdielectric", **facets, **outside, **reflectance, **transmittance}
 
 
+# Each lobe of the principled bsdfs alone, then all parameters at once.
+PRINCIPLED = [
+    {"roughness": 0.5},
+    {"roughness": 0.2, "eta": 1.8},
+    {"roughness": 0.7, "specular": 0.3},
+    {"roughness": 0.3, "metallic": 1.0},
+    {"roughness": 0.3, "metallic": 0.4, "eta": 0.7},
+    {"roughness": 0.4, "anisotropic": 0.9, "metallic": 1.0},
+    {"roughness": 0.5, "spec_tint": 0.8},
+    {"roughness": 0.5, "spec_tint": 0.8, "eta": 0.6},
+    {"roughness": 0.5, "sheen": 1.0},
+    {"roughness": 0.5, "sheen": 0.7, "sheen_tint": 0.6},
+    {"roughness": 0.8, "flatness": 1.0},
+    {"roughness": 0.6, "clearcoat": 1.0},
+    {"roughness": 0.6, "clearcoat": 0.8, "clearcoat_gloss": 0.7},
+    {"roughness": 0.6, "clearcoat": 0.8, "eta": 0.8},
+    {"roughness": 0.2, "spec_trans": 1.0},
+    {"roughness": 0.6, "spec_trans": 1.0, "eta": 1.33},
+    {"roughness": 0.5, "spec_trans": 1.0, "eta": 0.75},
+    {"roughness": 0.5, "spec_trans": 0.6, "metallic": 0.3, "anisotropic": 0.5},
+    {"roughness": 0.7, "specular": 0.0, "metallic": 0.5},
+    {"roughness": 0.35, "anisotropic": 0.6, "metallic": 0.2, "spec_trans": 0.3, "eta": 1.6, "spec_tint": 0.4, "sheen": 0.5,
+     "sheen_tint": 0.7, "flatness": 0.3, "clearcoat": 0.6, "clearcoat_gloss": 0.2},
+]
+PRINCIPLED_THIN = [
+    {"roughness": 0.5},
+    {"roughness": 0.5, "diff_trans": 0.8},
+    {"roughness": 0.5, "diff_trans": 2.0},
+    {"roughness": 0.3, "spec_trans": 1.0},
+    {"roughness": 0.7, "spec_trans": 1.0, "eta": 1.9},
+    {"roughness": 0.5, "spec_trans": 0.7, "eta": 0.8},
+    {"roughness": 0.5, "spec_trans": 0.6, "spec_tint": 0.7, "anisotropic": 0.8},
+    {"roughness": 0.6, "sheen": 0.8, "sheen_tint": 0.5, "flatness": 0.6},
+    {"roughness": 0.4, "anisotropic": 0.6, "spec_trans": 0.4, "eta": 1.6, "spec_tint": 0.4, "sheen": 0.5, "sheen_tint": 0.7,
+     "flatness": 0.3, "diff_trans": 1.2},
+]
+
+
+def named(plugin, parameters):
+    return " ".join([plugin, *(f"{name}={value}" for name, value in parameters.items())])
+
+
+def layered_configurations():
+    for nonlinear in [0, 1]:
+        colours = {"diffuse_reflectance": rgb(0.7, 0.4, 0.1), "specular_reflectance": rgb(0.9, 0.8, 0.7)}
+        plastic = {"nonlinear": bool(nonlinear), "ext_ior": 1.0, **colours}
+        for eta in ETAS:
+            yield f"plastic nonlinear={nonlinear}", "ggx", 0.0, 0.0, eta, {"type": "plastic", "int_ior": eta, **plastic}
+        for distribution in ["ggx", "beckmann"]:
+            for alpha in [0.02, 0.1, 0.4, 1.0]:
+                for eta in ETAS:
+                    facets = {"distribution": distribution, "alpha": alpha}
+                    yield f"roughplastic nonlinear={nonlinear}", distribution, alpha, alpha, eta, {
+                        "type": "roughplastic", "int_ior": eta, **facets, **plastic}
+    for plugin, configurations in [("principled", PRINCIPLED), ("principledthin", PRINCIPLED_THIN)]:
+        for parameters in configurations:
+            colour = {"base_color": rgb(0.8, 0.5, 0.2)}
+            yield named(plugin, parameters), "ggx", 0.0, 0.0, 0.0, {"type": plugin, **colour, **parameters}
+
+
 def direction():
     v = rng.normal(size=3)
     return v / np.linalg.norm(v)
 
 
-print("# plugin, distribution, alpha_u, alpha_v, int_ior, wo xyz, wi xyz, value rgb, pdf")
-for plugin, distribution, u, v, eta, description in configurations():
+print("# plugin and parameters, distribution, alpha_u, alpha_v, int_ior, wo xyz, wi xyz, value rgb, pdf")
+for plugin, distribution, u, v, eta, description in [*configurations(), *layered_configurations()]:
     bsdf = mi.load_dict(description)
     context = mi.BSDFContext()
     made = 0
