@@ -136,7 +136,7 @@ fn wrong_lights_are_refused() {
         (light("envmap", &named("text.hdr")), "it is none of OpenEXR, Radiance HDR, PNG, JPEG and BMP"),
         (light("envmap", &named("short.hdr")), "cannot read '"),
         (map(&float("scale", "-1")), "'scale' must not be negative"),
-        (map(&float("scale", "1e39")), "a radiance must be finite and not negative, but this is (inf, inf, inf)"),
+        (map(&float("scale", "1e39")), "'scale' is too large"),
         (map(&to_world(r#"<scale x="2"/>"#)), "the to_world of an envmap may only rotate"),
         (map(r#"<rgb name="radiance" value="1"/>"#), "emitter 'envmap' has no parameter 'radiance'"),
         (map("") + r#"<emitter type="constant"/>"#, "a scene can have only one environment emitter"),
@@ -206,6 +206,13 @@ fn maps_with_odd_values() {
             "{error}"
         );
     }
+    let error = loaded(1e38).and_then(|mut s| {
+        let LightKind::Environment { scale, .. } = &mut s.lights[0].kind else { panic!() };
+        *scale = 10.0;
+        compile(&s, &CompileOptions { accelerator: Accelerator::Native, threads: 1, camera: 0 }).map(|_| ())
+    });
+    let expected = "a radiance must be finite and not negative, but this is (inf, inf, inf)";
+    assert!(error.unwrap_err().to_string().contains(expected));
     let negative = loaded(-1.0).unwrap();
     assert!(negative.warnings[0].contains("1 pixels of 'm.exr' have negative values, which are taken for 0"));
     let LightKind::Environment { map, .. } = &negative.lights[0].kind else { panic!() };

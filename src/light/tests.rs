@@ -318,7 +318,9 @@ fn environment_maps_are_sampled_in_proportion_to_what_is_seen() {
                 "{name}"
             );
             assert!((s.wi.length() - 1.0).abs() < 4.0 * f32::EPSILON);
-            assert!(pdf.0 > 0.0 && s.radiance.max_component() <= light.brightest(), "{name}");
+            // Four weights may add up to a little more than one.
+            let most = light.brightest() * (1.0 + 4.0 * f32::EPSILON);
+            assert!(pdf.0 > 0.0 && s.radiance.max_component() <= most, "{name}");
         }
     }
 }

@@ -104,7 +104,13 @@ fn map(b: &mut Builder<'_>, p: &Params<'_>, raw: bool) -> Result<Picture> {
 
 fn scale(p: &Params<'_>) -> Result<f64> {
     let scale = p.float("scale")?.unwrap_or(1.0);
-    if scale >= 0.0 { Ok(scale) } else { Err(p.error("scale", "'scale' must not be negative")) }
+    if !(scale >= 0.0) {
+        return Err(p.error("scale", "'scale' must not be negative"));
+    }
+    if scale > f64::from(f32::MAX) {
+        return Err(p.error("scale", "'scale' is too large"));
+    }
+    Ok(scale)
 }
 
 /// The factor by which a matrix scales, if it does nothing else but rotate and reflect.

@@ -113,7 +113,7 @@ fn check_map(at: &Span, what: &str, map: &Picture, scale: f64) -> Result<Rgb> {
         check_colour(at, what, pixel)?;
         brightest = pixel.max_component().max(brightest);
     }
-    let brightest = Rgb::splat((f64::from(brightest) * scale) as f32);
+    let brightest = Rgb::splat(brightest * scale as f32);
     check_colour(at, what, brightest)?;
     Ok(brightest)
 }
