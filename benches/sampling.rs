@@ -84,11 +84,11 @@ fn lights(c: &mut Criterion) {
         if let Some(solid_angle) = solid_angle(&scene, light, p) {
             let densities = points
                 .iter()
-                .map(|&u| light.sample(&scene.shapes, p, u).and_then(|s| s.pdf).map_or(0.0, |pdf| pdf.0.recip()));
+                .map(|&u| light.sample(&scene.shapes, p, u, true).and_then(|s| s.pdf).map_or(0.0, |pdf| pdf.0.recip()));
             check_mean(name, densities, solid_angle);
         }
         group.bench_function(BenchmarkId::from_parameter(name), |b| {
-            let found = |&u: &Vec2| light.sample(&scene.shapes, p, black_box(u));
+            let found = |&u: &Vec2| light.sample(&scene.shapes, p, black_box(u), true);
             b.iter(|| points.iter().filter_map(found).map(|s| s.wi).sum::<Vec3>());
         });
     }

@@ -90,6 +90,61 @@ fn powers_of_two_change_no_bit_of_what_a_point_light_shows() {
     }
 }
 
+/// The other lights of the scene's own: a spot, whose intensity grows by 4^k, too, and what shines from infinity.
+#[test]
+fn powers_of_two_change_no_bit_of_what_other_lights_show() {
+    let description = lit_from_everywhere();
+    for accelerator in accelerators() {
+        let s = settings(Estimator::Path, 8);
+        let scene = compiled(&description, accelerator);
+        let base = rendered(&scene, &s, 1).film.develop();
+        assert!(mean(&base) > 1e-2, "there is light");
+        for threads in [2, 7] {
+            assert_eq!(base, rendered(&scene, &s, threads).film.develop(), "{accelerator:?}, {threads} threads");
+        }
+        for exponent in [-40, -3, 40] {
+            let scaled = transformed(description.clone(), 2f64.powi(exponent), DVec3::ZERO);
+            assert_eq!(base, picture(&compiled(&scaled, accelerator), &s), "2^{exponent}, {accelerator:?}");
+        }
+    }
+}
+
+/// A sphere above a floor under a map, a spot and parallel light.
+fn lit_from_everywhere() -> SceneDescription {
+    use snell::description::LightKind;
+    use snell::spectrum::Rgb;
+    let ball = Geometry::Sphere { centre: DVec3::new(-0.3, 0.2, 0.4), radius: 0.3, frame: DMat3::IDENTITY };
+    let shapes = vec![
+        shape(ball, DAffine3::IDENTITY, 0, None),
+        shape(Geometry::Rectangle, DAffine3::from_scale(DVec3::splat(1.5)), 0, None),
+    ];
+    let to_world = glam::DMat3::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), 1.0);
+    let lights = vec![
+        light(LightKind::Environment {
+            map: map(16, 8, |x, y| Rgb::new(0.1, (x % 3) as f32, (y % 2) as f32)),
+            scale: 0.2,
+            to_world,
+            mis_compensation: true,
+        }),
+        light(LightKind::Spot {
+            position: DVec3::new(0.2, -0.1, 0.9),
+            direction: DVec3::new(-0.4, 0.3, -1.0),
+            intensity: Rgb::new(1.0, 2.0, 3.0),
+            cutoff_angle: 40.0,
+            beam_width: 10.0,
+        }),
+        light(LightKind::Projector {
+            map: map(5, 3, |x, y| Rgb::new(1.0, (x % 2) as f32, (y % 2) as f32)),
+            scale: 0.5,
+            to_world: camera(DVec3::new(-0.5, 0.4, 1.0), DVec3::ZERO, 90.0, 1).to_world,
+            fov: 70.0,
+            fov_axis: snell::description::FovAxis::Smaller,
+        }),
+        light(LightKind::Directional { direction: DVec3::new(0.3, 0.2, -1.0), irradiance: Rgb::new(3.0, 2.0, 1.0) }),
+    ];
+    SceneDescription { shapes, lights, ..enclosure(0.5, 0.0) }
+}
+
 /// A point light has one way to be found: `path` and `nee` show the same bits, the others nothing.
 #[test]
 fn only_light_sampling_finds_a_point_light() {

@@ -304,6 +304,141 @@ fn cubes_disks_cylinders_and_points() {
 }
 
 #[test]
+fn spots_and_directional_lights() {
+    let turned = r#"<transform name="to_world"><lookat origin="1 2 3" target="1 2 8" up="0 1 0"/><scale value="2"/></transform>"#;
+    let s = scene(&format!(
+        r#"<emitter type="spot"/>
+        <emitter type="spot">{turned}<rgb name="intensity" value="1 2 3"/><float name="cutoff_angle" value="40"/></emitter>
+        <emitter type="spot"><float name="beam_width" value="0"/><float name="sampling_weight" value="2"/></emitter>
+        <emitter type="directional"/>
+        <emitter type="directional"><vector name="direction" value="0 -3 0"/><rgb name="irradiance" value="4"/></emitter>
+        <emitter type="directional">{turned}</emitter>"#,
+    ));
+    let vector = glam::DVec3::new;
+    let (origin, up) = (vector(0.0, 0.0, 0.0), vector(0.0, 0.0, 1.0));
+    let spot = |position, intensity, cutoff_angle, beam_width| LightKind::Spot {
+        position,
+        direction: up,
+        intensity,
+        cutoff_angle,
+        beam_width,
+    };
+    let directional = |direction, irradiance| LightKind::Directional { direction, irradiance };
+    let expected = [
+        spot(origin, Rgb::WHITE, 20.0, 15.0),
+        spot(vector(2.0, 4.0, 6.0), Rgb::new(1.0, 2.0, 3.0), 40.0, 30.0),
+        spot(origin, Rgb::WHITE, 20.0, 0.0),
+        directional(up, Rgb::WHITE),
+        directional(vector(0.0, -1.0, 0.0), Rgb::splat(4.0)),
+        directional(up, Rgb::WHITE),
+    ];
+    for (light, expected) in s.lights.iter().zip(&expected) {
+        assert_eq!(&light.kind, expected);
+    }
+    assert_eq!(s.lights.len(), expected.len());
+}
+
+/// Files of two by three pixels, of values from 0 to 1 that 8 bits can tell, in every format that is read.
+#[test]
+fn environment_maps_of_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes: Vec<u8> = (0..18).map(|i| 14 * i).collect();
+    let eight = image::RgbImage::from_raw(2, 3, bytes.clone()).unwrap();
+    let linear = |v: u8| snell::spectrum::srgb_to_linear(f64::from(v) / 255.0) as f32;
+    let decoded: Vec<f32> = bytes.iter().map(|v| linear(*v)).collect();
+    let float = image::Rgb32FImage::from_raw(2, 3, decoded.clone()).unwrap();
+    let deep: Vec<u16> = bytes.iter().map(|v| u16::from(*v) * 257).collect();
+    let deep = image::ImageBuffer::<image::Rgb<u16>, _>::from_raw(2, 3, deep).unwrap();
+    let path = |name: &str| folder.path().join(name);
+    eight.save(path("m.png")).unwrap();
+    eight.save(path("m.bmp")).unwrap();
+    // The coding of JPEG loses what such a small picture has between its pixels.
+    image::RgbImage::from_pixel(2, 3, image::Rgb([200; 3])).save(path("m.jpg")).unwrap();
+    deep.save(path("deep.png")).unwrap();
+    image::RgbaImage::from_pixel(2, 3, image::Rgba([200, 200, 200, 7])).save(path("alpha.png")).unwrap();
+    image::GrayImage::from_pixel(2, 3, image::Luma([200])).save(path("grey.png")).unwrap();
+    float.save(path("m.hdr")).unwrap();
+    // Another program's name in the first line.
+    let text = std::fs::read(path("m.hdr")).unwrap();
+    std::fs::write(path("other.hdr"), [b"#?RGBE", &text[b"#?RADIANCE".len()..]].concat()).unwrap();
+    write_exr(&path("dot.exr"), 1, 1, |i| [0.1, 0.2, 0.3][i]);
+    write_exr(&path("m.exr"), 2, 3, |i| decoded[i]);
+    write_exr(&path("bright.exr"), 2, 3, |i| 1e5 * i as f32);
+    let grey = [linear(200); 18];
+    let bright: Vec<f32> = (0..18).map(|i| 1e5 * i as f32).collect();
+    let one_part_in = |n: f32| 1.0 / n;
+    for (name, expected, tolerance) in [
+        ("m.exr", &decoded[..], 0.0),
+        ("bright.exr", &bright[..], 0.0),
+        ("m.png", &decoded[..], 0.0),
+        ("m.bmp", &decoded[..], 0.0),
+        ("deep.png", &decoded[..], 0.0),
+        ("alpha.png", &grey[..], 0.0),
+        ("grey.png", &grey[..], 0.0),
+        // One byte of a mantissa for the largest channel.
+        ("m.hdr", &decoded[..], one_part_in(128.0)),
+        ("other.hdr", &decoded[..], one_part_in(128.0)),
+        ("m.jpg", &grey[..], one_part_in(64.0)),
+        // Made larger.
+        ("dot.exr", &[0.1, 0.2, 0.3].repeat(6)[..], 0.0),
+    ] {
+        let text = format!(
+            r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><rfilter type="box"/></film></sensor>
+            <emitter type="envmap"><string name="filename" value="{name}"/><float name="scale" value="3"/>
+            <boolean name="mis_compensation" value="true"/>
+            <transform name="to_world"><rotate y="1" angle="90"/></transform></emitter></scene>"#
+        );
+        std::fs::write(path("scene.xml"), text).unwrap();
+        let s = load(&path("scene.xml"), &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+        let LightKind::Environment { map, scale, to_world, mis_compensation } = &s.lights[0].kind else { panic!() };
+        assert_eq!((map.width(), map.height(), *scale, *mis_compensation), (2, 3, 3.0, true));
+        assert!((*to_world * glam::DVec3::Z).abs_diff_eq(glam::DVec3::X, 1e-12));
+        let values = map.pixels().iter().flat_map(|p| p.to_array());
+        for (value, expected) in values.zip(expected) {
+            assert!((value - expected).abs() <= tolerance, "{name}: {value}, but {expected}");
+        }
+    }
+}
+
+#[test]
+fn projectors() {
+    let folder = tempfile::tempdir().unwrap();
+    image::GrayImage::from_pixel(5, 2, image::Luma([51])).save(folder.path().join("m.png")).unwrap();
+    let bitmap = |inside: &str| {
+        format!(r#"<texture name="irradiance" type="bitmap"><string name="filename" value="m.png"/>{inside}</texture>"#)
+    };
+    let text = format!(
+        r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><rfilter type="box"/></film></sensor>
+        <emitter type="projector">{}</emitter>
+        <emitter type="projector">{}<float name="scale" value="3"/><float name="fov" value="40"/>
+            <string name="fov_axis" value="y"/><transform name="to_world"><translate x="5"/></transform></emitter></scene>"#,
+        bitmap(""),
+        bitmap(r#"<boolean name="raw" value="true"/>"#)
+    );
+    let path = folder.path().join("scene.xml");
+    std::fs::write(&path, text).unwrap();
+    let s = load(&path, &LoadOptions::default()).unwrap();
+    let projector = |i: usize| match &s.lights[i].kind {
+        LightKind::Projector { map, scale, to_world, fov, fov_axis } => {
+            assert_eq!((map.width(), map.height()), (5, 2));
+            (map.get(4, 1).0.x, *scale, to_world.translation.x, *fov, *fov_axis)
+        }
+        _ => panic!(),
+    };
+    let (value, scale, x, fov, axis) = projector(0);
+    assert!((value - 0.033_104_77).abs() < 1e-7 && (fov - 46.793_003).abs() < 1e-4, "{value}, {fov}");
+    assert_eq!((scale, x, axis), (1.0, 0.0, FovAxis::Diagonal));
+    assert_eq!(projector(1), (0.2, 3.0, 5.0, 40.0, FovAxis::Y));
+}
+
+/// A picture with these values, channel by channel of each pixel.
+fn write_exr(path: &Path, width: usize, height: usize, value: impl Fn(usize) -> f32 + Sync) {
+    let at = |x: usize, y: usize, c: usize| value(3 * (y * width + x) + c);
+    exr::prelude::write_rgb_file(path, width, height, |x, y| (at(x, y, 0), at(x, y, 1), at(x, y, 2))).unwrap();
+}
+
+#[test]
 fn references_aliases_and_unused_objects() {
     let s = scene(
         r#"<shape type="sphere"><ref id="late"/></shape>

@@ -138,6 +138,107 @@ fn wrong_parameters_are_refused() {
     all_refused(&rows.map(|(body, expected)| (scene_with(&body), expected)), &[("bad.spd", "400 1\n500\n")]);
 }
 
+/// A picture of 2×3 pixels in Radiance's format, whose pixels happen to be letters.
+const MAP: &str = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 3 +X 2\nabcdabcdabcdabcdabcdabcd";
+
+#[test]
+fn wrong_lights_are_refused() {
+    let light = |plugin: &str, inside: &str| format!(r#"{BALL}<emitter type="{plugin}">{inside}</emitter>"#);
+    let named = |name: &str| format!(r#"<string name="filename" value="{name}"/>"#);
+    let map = |inside: &str| light("envmap", &(named("m.hdr") + inside));
+    let float = |name: &str, value: &str| format!(r#"<float name="{name}" value="{value}"/>"#);
+    let to_world = |steps: &str| format!(r#"<transform name="to_world">{steps}</transform>"#);
+    let both = to_world("") + r#"<vector name="direction" value="0 0 1"/>"#;
+    let rows = [
+        (light("envmap", ""), "emitter 'envmap' needs the parameter 'filename' (a <string>)"),
+        (light("envmap", &named("none.hdr")), "there is no file 'none.hdr' (looked in "),
+        (light("envmap", &named(".")), "is not a regular file"),
+        (light("envmap", &named("text.hdr")), "it is none of OpenEXR, Radiance HDR, PNG, JPEG and BMP"),
+        (light("envmap", &named("short.hdr")), "cannot read '"),
+        (map(&float("scale", "-1")), "'scale' must not be negative"),
+        (map(&float("scale", "1e39")), "'scale' is too large"),
+        (map(&to_world(r#"<scale x="2"/>"#)), "the to_world of an envmap may only rotate"),
+        (map(r#"<rgb name="radiance" value="1"/>"#), "emitter 'envmap' has no parameter 'radiance'"),
+        (map("") + r#"<emitter type="constant"/>"#, "a scene can have only one environment emitter"),
+        (format!(r#"<emitter type="constant"/>{}"#, map("")), "a scene can have only one environment emitter"),
+        (ball(&map("").replace(BALL, "")), "emitter 'envmap' cannot belong to a shape"),
+        (light("directional", &both), "a directional light has a direction or a to_world, not both"),
+        (
+            light("directional", r#"<vector name="direction" value="0 0 0"/>"#),
+            "the direction of a light must be neither zero nor infinite",
+        ),
+        (light("directional", r#"<rgb name="irradiance" value="-1"/>"#), "'irradiance' must not be negative"),
+        (
+            light("spot", &to_world(r#"<scale z="2"/>"#)),
+            "the to_world of a spot may only move, rotate and scale uniformly",
+        ),
+        (light("spot", &float("cutoff_angle", "0")), "'cutoff_angle' must be larger than 0 and at most 180 degrees"),
+        (light("spot", &float("cutoff_angle", "181")), "'cutoff_angle' must be larger than 0 and at most 180 degrees"),
+        (light("spot", &float("beam_width", "21")), "'beam_width' must be between 0 and 'cutoff_angle' (20 degrees)"),
+        (light("spot", &float("beam_width", "-1")), "'beam_width' must be between 0 and 'cutoff_angle' (20 degrees)"),
+        (light("spot", r#"<point name="position" value="0 0 1"/>"#), "emitter 'spot' has no parameter 'position'"),
+        (light("spot", r#"<texture name="texture" type="checkerboard"/>"#), "a texture in a spot is not supported yet"),
+    ];
+    let bitmap =
+        |inside: &str| format!(r#"<texture name="irradiance" type="bitmap">{}{inside}</texture>"#, named("m.hdr"));
+    let text = |name: &str, value: &str| format!(r#"<string name="{name}" value="{value}"/>"#);
+    let rows = rows.into_iter().chain([
+        (light("projector", ""), "a projector needs the parameter 'irradiance' (a <texture type=\"bitmap\">)"),
+        (
+            light("projector", r#"<texture name="irradiance" type="checkerboard"/>"#),
+            "texture plugin 'checkerboard' is not supported yet; supported: bitmap",
+        ),
+        (
+            light("projector", &(to_world(r#"<scale value="2"/>"#) + &bitmap(""))),
+            "the to_world of a projector may only move and rotate",
+        ),
+        (light("projector", &(float("fov", "180") + &bitmap(""))), "'fov' must be between 0 and 180 degrees, not 180"),
+        (light("projector", &bitmap(&text("filename", "m.hdr"))), "'filename'"),
+        (light("projector", &bitmap(&float("scale", "1"))), "texture 'bitmap' has no parameter 'scale'"),
+        (
+            light("projector", &bitmap(&text("wrap_mode", "clamp"))),
+            "a 'wrap_mode' other than 'repeat' in a projector is not supported yet",
+        ),
+    ]);
+    let short = MAP.trim_end_matches("abcd");
+    let files = [("m.hdr", MAP), ("text.hdr", "no picture"), ("short.hdr", short)];
+    let rows: Vec<(String, &str)> = rows.map(|(body, expected)| (scene_with(&body), expected)).collect();
+    all_refused(&rows, &files);
+}
+
+/// Maps whose values are not what radiance is.
+#[test]
+fn maps_with_odd_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let loaded = |value: f32| {
+        let bad = |x: usize, y: usize| if (x, y) == (2, 1) { value } else { 0.5 };
+        exr::prelude::write_rgb_file(folder.path().join("m.exr"), 4, 3, |x, y| (0.5, bad(x, y), 0.5)).unwrap();
+        let body = r#"<emitter type="envmap"><string name="filename" value="m.exr"/></emitter>"#;
+        let path = folder.path().join("scene.xml");
+        fs::write(&path, scene_with(body)).unwrap();
+        load(&path, &LoadOptions::default())
+    };
+    for value in [f32::NAN, f32::INFINITY] {
+        let error = loaded(value).unwrap_err().to_string();
+        assert!(
+            error.contains("scene.xml:1:")
+                && error.contains("'m.exr' has a value that is not finite, in column 2 of row 1"),
+            "{error}"
+        );
+    }
+    let error = loaded(1e38).and_then(|mut s| {
+        let LightKind::Environment { scale, .. } = &mut s.lights[0].kind else { panic!() };
+        *scale = 10.0;
+        compile(&s, &CompileOptions { accelerator: Accelerator::Native, threads: 1, camera: 0 }).map(|_| ())
+    });
+    let expected = "a radiance must be finite and not negative, but this is (inf, inf, inf)";
+    assert!(error.unwrap_err().to_string().contains(expected));
+    let negative = loaded(-1.0).unwrap();
+    assert!(negative.warnings[0].contains("1 pixels of 'm.exr' have negative values, which are taken for 0"));
+    let LightKind::Environment { map, .. } = &negative.lights[0].kind else { panic!() };
+    assert_eq!(map.get(2, 1), Rgb::new(0.5, 0.0, 0.5));
+}
+
 #[test]
 fn wrong_sensors_and_integrators_are_refused() {
     let float = |name: &str, value: &str| format!(r#"<float name="{name}" value="{value}"/>"#);
@@ -311,7 +412,14 @@ fn what_is_odd_but_not_wrong_is_warned_of() {
             "the spectrum is outside the gamut of sRGB and was clamped, as in Mitsuba",
         ),
     ];
+    let rows = rows.into_iter().chain([(
+        r#"<emitter type="envmap"><string name="filename" value="m.hdr"/><transform name="to_world"><scale value="2"/>
+        </transform></emitter>"#
+            .into(),
+        "that to_world scales an envmap changes nothing, for it is infinitely far away",
+    )]);
     let files = [
+        ("m.hdr", MAP),
         ("m.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 1 2 2\n"),
         ("some.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\nf 1 2 3\n"),
     ];
@@ -324,6 +432,12 @@ fn what_is_odd_but_not_wrong_is_warned_of() {
 /// What is not supported is an error, and for the lenient a warning that says what is done instead.
 #[test]
 fn what_is_approximated_is_named() {
+    let projector = |inside: &str| {
+        format!(
+            r#"<emitter type="projector"><texture name="irradiance" type="bitmap">{inside}
+            <string name="filename" value="m.hdr"/></texture></emitter>"#
+        )
+    };
     let film =
         |inside: &str| scene_with_sensor(&format!(r#"<film type="hdrfilm">{inside}<rfilter type="box"/></film>"#));
     let rows = [
@@ -361,20 +475,40 @@ fn what_is_approximated_is_named() {
             "texture plugin 'volume'",
             "a uniform grey instead",
         ),
+        (
+            scene_with(r#"<emitter type="spot"><texture name="texture" type="checkerboard"/></emitter>"#),
+            "a texture in a spot is not supported yet",
+            "a spot without texture instead",
+        ),
+        (
+            scene_with(&projector(r#"<string name="filter_type" value="nearest"/>"#)),
+            "a 'filter_type' other than 'bilinear' in a projector",
+            "'bilinear' instead",
+        ),
+        (
+            scene_with(&projector(r#"<transform name="to_uv"><scale value="2"/></transform>"#)),
+            "a 'to_uv' in a projector is not supported yet",
+            "the picture as it is instead",
+        ),
     ];
+    let files = [("m.hdr", MAP)];
     for (text, what, instead) in rows {
-        let error = outcome(&text, &[], false).expect_err(&text);
+        let error = outcome(&text, &files, false).expect_err(&text);
         assert!(error.contains(what) && error.contains("is not supported yet"), "{error}");
-        let warnings = outcome(&text, &[], true).unwrap();
+        let warnings = outcome(&text, &files, true).unwrap();
         assert!(warnings.iter().any(|w| w.contains(what) && w.ends_with(instead)), "{warnings:?}");
     }
+}
+
+fn map_light(map: std::sync::Arc<Picture>, to_world: DMat3) -> Light {
+    common::light(LightKind::Environment { map, scale: 1.0, to_world, mis_compensation: false })
 }
 
 /// Descriptions that no loader makes are refused all the same.
 #[test]
 fn wrong_descriptions_are_refused() {
     type Change = fn(&mut SceneDescription);
-    let rows: [(Change, &str); 8] = [
+    let rows: [(Change, &str); 12] = [
         (|s| s.cameras[0].to_world.matrix3 = DMat3::ZERO, "test: the camera's to_world gives it no direction"),
         (
             |s| s.cameras[0].to_world.translation = DVec3::MAX,
@@ -417,6 +551,25 @@ fn wrong_descriptions_are_refused() {
                 s.shapes[0].bsdf = BsdfId(2);
             },
             "test: a two-sided bsdf cannot have a side that transmits light",
+        ),
+        (
+            |s| s.lights.push(map_light(common::map(2, 2, |_, _| Rgb::WHITE), DMat3::IDENTITY)),
+            "test: an environment map has at least 2x3 pixels, not 2x2",
+        ),
+        (
+            |s| s.lights.push(map_light(common::map(2, 3, |x, _| Rgb::splat(x as f32 - 1.0)), DMat3::IDENTITY)),
+            "test: a radiance must be finite and not negative, but this is (-1, -1, -1)",
+        ),
+        (
+            |s| s.lights.push(map_light(common::map(2, 3, |_, _| Rgb::WHITE), DMat3::ZERO)),
+            "test: the light's direction must be neither zero nor infinite",
+        ),
+        (
+            |s| {
+                let kind = LightKind::Directional { direction: DVec3::Z, irradiance: Rgb::new(-1.0, 0.0, 0.0) };
+                s.lights.push(common::light(kind));
+            },
+            "test: an irradiance must be finite and not negative, but this is (-1, 0, 0)",
         ),
     ];
     for (change, expected) in rows {

@@ -1,5 +1,5 @@
-//! Radiometry in closed form: what a point, a disk and a sphere of light do to a diffuse surface, and what power they
-//! have.
+//! Radiometry in closed form: what a point, a disk, a sphere of light and light from infinity do to a diffuse surface, and
+//! what power they have.
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
@@ -8,7 +8,7 @@ mod common;
 use common::*;
 use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
-use snell::description::{Geometry, Light, Mesh, SceneDescription, Shape};
+use snell::description::{FovAxis, Geometry, Light, LightKind, Mesh, SceneDescription, Shape};
 use snell::integrator::Estimator;
 use snell::spectrum::Rgb;
 use std::f64::consts::PI;
@@ -64,6 +64,167 @@ fn a_point_light_s_irradiance_is_i_cos_over_d_squared() {
                 }
             }
         }
+    }
+}
+
+/// L = ρ/π · E·cos θ, the same all over the floor, whatever is far away. The bound is that of a point light's roundings.
+#[test]
+fn directional_light_s_irradiance_is_e_cos() {
+    let irradiance = Rgb::new(1.0, 20.0, 300.0);
+    for direction in [DVec3::NEG_Z, DVec3::new(0.5, -3.0, -1.0), DVec3::new(-1e-3, 2e-3, -1e-4) * 1e20] {
+        let lights = vec![light(LightKind::Directional { direction, irradiance })];
+        let cos = -direction.normalize().z;
+        for (scale, accelerator) in
+            [1.0, 1e-3].into_iter().flat_map(|s| accelerators().into_iter().map(move |a| (s, a)))
+        {
+            let room = transformed(floor(DVec3::new(0.5, -0.4, 0.0), vec![], lights.clone()), scale, DVec3::ZERO);
+            let seen = picture(&compiled(&room, accelerator), &direct(Estimator::Path, 16)).get(0, 0);
+            for (seen, e) in seen.to_array().into_iter().zip(irradiance.to_array()) {
+                let error = f64::from(seen) / (f64::from(ALBEDO) / PI * f64::from(e) * cos) - 1.0;
+                assert!(error.abs() <= ULP * (2.0 / cos + 5.0), "{direction} × {scale}, {accelerator:?}: {error:e}");
+            }
+        }
+    }
+    // From below nothing arrives.
+    let lights = vec![light(LightKind::Directional { direction: DVec3::new(0.1, 0.0, 1.0), irradiance })];
+    let dark = compiled(&floor(DVec3::ZERO, vec![], lights), Accelerator::Auto);
+    assert_eq!(mean(&picture(&dark, &direct(Estimator::Path, 16))), 0.0);
+}
+
+/// What a point light of the same intensity does, times (c − θ)/(c − b) between the beam's width b and the cutoff c. Over the
+/// spot that the pixel sees that changes by its slope, 1/(c − b), over the distance.
+#[test]
+fn a_spot_is_a_point_light_in_a_cone() {
+    let (position, at) = (DVec3::new(0.3, 0.2, 1.1), DVec3::new(0.5, -0.4, 0.0));
+    let intensity = Rgb::new(1.0, 20.0, 300.0);
+    let towards = (at - position).normalize();
+    let across = towards.any_orthonormal_vector();
+    let seen = |kind: LightKind, scale: f64| {
+        let room = transformed(floor(at, vec![], vec![light(kind)]), scale, DVec3::ZERO);
+        picture(&compiled(&room, Accelerator::Auto), &direct(Estimator::Path, 16)).get(0, 0)
+    };
+    for (cutoff_angle, beam_width, angle) in [
+        (20.0, 15.0, 10.0),
+        (20.0, 15.0, 17.0),
+        (20.0, 15.0, 21.0),
+        (60.0, 0.0, 45.0),
+        (30.0, 30.0, 29.9),
+        (170.0, 0.0, 95.0),
+    ] {
+        let direction = DAffine3::from_axis_angle(across, f64::to_radians(angle)).transform_vector3(towards) * 7.0;
+        let factor = ((cutoff_angle - angle) / (cutoff_angle - beam_width)).clamp(0.0, 1.0);
+        for scale in [1.0, 1000.0] {
+            let point = seen(LightKind::Point { position, intensity }, scale);
+            let spot = seen(LightKind::Spot { position, direction, intensity, cutoff_angle, beam_width }, scale);
+            let slope = 1.0 / f64::to_radians(cutoff_angle - beam_width).max(ULP);
+            let tolerance = if factor == 1.0 || factor == 0.0 { ULP } else { SPOT * slope + 4.0 * ULP };
+            for (spot, point) in spot.to_array().into_iter().zip(point.to_array()) {
+                let error = f64::from(spot) / f64::from(point) - factor;
+                assert!(error.abs() <= tolerance, "{cutoff_angle} {beam_width} {angle} × {scale}: {error:e}");
+            }
+        }
+    }
+}
+
+/// Where the picture of a projector falls on the floor, every point is lit by π·v/z² for the depth z of the floor, which the
+/// projector looks straight down at: L = ρ/π · that. Corners of the picture, seen from behind it: its left at the camera's +x.
+#[test]
+fn a_projector_shows_its_picture() {
+    let value = |x: u32, y: u32| Rgb::new(x as f32, y as f32, 1.0);
+    let (height, half_width, scale) = (1.25, f64::to_radians(30.0).tan(), 3.0);
+    // Looking down, +x to the east and +y to the north.
+    let down = DMat3::from_cols(DVec3::NEG_X, DVec3::Y, DVec3::NEG_Z);
+    let position = DVec3::new(0.2, 0.1, height);
+    let kind = LightKind::Projector {
+        map: map(4, 2, value),
+        scale,
+        to_world: DAffine3::from_mat3_translation(down, position),
+        fov: 60.0,
+        fov_axis: FovAxis::X,
+    };
+    for (unit, accelerator) in [1.0, 1000.0].into_iter().flat_map(|s| accelerators().into_iter().map(move |a| (s, a))) {
+        for (u, v, expected) in [
+            (0.125, 0.25, Some([0.0, 0.0, 1.0])),
+            (0.375, 0.75, Some([1.0, 1.0, 1.0])),
+            (0.875, 0.75, Some([3.0, 1.0, 1.0])),
+            (0.5, 0.5, Some([1.5, 0.5, 1.0])),
+            (0.999, 0.25, Some([1.512, 0.0, 1.0])),
+            (1.01, 0.25, None),
+            (0.5, -0.01, None),
+        ] {
+            let at = position + height * half_width * DVec3::new(2.0 * u - 1.0, 0.5 - v, 0.0) - height * DVec3::Z;
+            let room = transformed(floor(at, vec![], vec![light(kind.clone())]), unit, DVec3::ZERO);
+            let seen = picture(&compiled(&room, accelerator), &direct(Estimator::Path, 16)).get(0, 0);
+            let per_value = f64::from(ALBEDO) * scale / (height * height);
+            for (seen, v) in seen.to_array().into_iter().zip(expected.unwrap_or_default()) {
+                // A step of one from pixel to pixel, 0.36 wide, over the spot that the camera's pixel sees.
+                let error = f64::from(seen) / per_value - v;
+                assert!(error.abs() <= 3.0 * SPOT + 8.0 * ULP * 3.0, "{u}, {v} × {unit}: {seen}, {error:e}");
+            }
+        }
+    }
+    let room = SceneDescription { lights: vec![light(kind)], ..enclosure(0.5, 0.0) };
+    let scene = compiled(&room, Accelerator::Native);
+    let power = scene.lights[0].power(&scene.shapes).unwrap().map(|w| w / (scene.unit * scene.unit));
+    let area = 2.0 * half_width * half_width;
+    for (power, mean) in power.into_iter().zip([1.5, 0.5, 1.0]) {
+        assert!((power / (PI * scale * area * mean) - 1.0).abs() < 1e-12, "{power}");
+    }
+}
+
+/// Radiance θ/π around the normal of the floor, θ from its zenith: the irradiance is 2π·∫(θ/π)·cos θ·sin θ dθ over the
+/// hemisphere, π/4; of radiance 1 it is π. Both are so whatever the number of rows, for between them maps are linear; and
+/// with MIS compensation, too, which light sampling alone must not notice.
+///
+/// Hypothesis and false-alarm rate as of form factors below, with 24 cases.
+#[test]
+fn irradiance_under_an_environment_map() {
+    let up = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
+    for (width, height) in [(2, 3), (9, 64)] {
+        for (value, factor) in [(1.0, 1.0), (0.0, 0.25)] {
+            for mis_compensation in [false, true] {
+                let radiance = |y: u32| value + (1.0 - value) * y as f32 / (height - 1) as f32;
+                let map = map(width, height, |_, y| Rgb::splat(radiance(y)));
+                let sky = light(LightKind::Environment { map, scale: 3.0, to_world: up, mis_compensation });
+                let scene = compiled(&floor(DVec3::ZERO, vec![], vec![sky]), Accelerator::Auto);
+                let expected = f64::from(ALBEDO) * 3.0 * factor;
+                for estimator in [Estimator::Path, Estimator::Nee, Estimator::Bsdf] {
+                    let (m, se) = mean_of_seeds(&scene, &direct(estimator, 1024));
+                    let se = se.max(1e-6 * expected);
+                    let what = format!("{width}x{height}, {value}, {mis_compensation}, {estimator:?}");
+                    assert!(((m - expected) / se).abs() < 6.0, "{what}: {m} ± {se}, but {expected}");
+                    assert!(se < 5e-3 * expected, "{what}: too noisy to tell, {se}");
+                }
+            }
+        }
+    }
+}
+
+/// A sun of a few pixels, above which the sky is dark: the irradiance is the sum over its cells, by quadrature of the bilinear
+/// map. Light sampling finds it at once.
+#[test]
+fn a_sun_in_a_map_is_found() {
+    let (width, height, sun) = (64u32, 33u32, (20, 9));
+    let value = |x: u32, y: u32| if (x, y) == sun { 49_000.0 } else { 0.01 };
+    let up = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
+    let map = map(width, height, |x, y| Rgb::splat(value(x, y)));
+    let sky = light(LightKind::Environment { map, scale: 1.0, to_world: up, mis_compensation: false });
+    // The tent of the sun's pixel times sin θ·cos θ; and the rest of the sky.
+    let (steps, h) = (2000, PI / f64::from(height - 1));
+    let tent: f64 = (0..steps)
+        .map(|i| {
+            let t = 2.0 * (f64::from(i) + 0.5) / f64::from(steps) - 1.0;
+            let theta = (f64::from(sun.1) + t) * h;
+            (1.0 - t.abs()) * theta.sin() * theta.cos() * 2.0 * h / f64::from(steps)
+        })
+        .sum();
+    let irradiance = 0.01 * PI + (49_000.0 - 0.01) * tent * 2.0 * PI / f64::from(width);
+    let expected = f64::from(ALBEDO) / PI * irradiance;
+    let scene = compiled(&floor(DVec3::ZERO, vec![], vec![sky]), Accelerator::Auto);
+    for estimator in [Estimator::Path, Estimator::Nee] {
+        let (m, se) = mean_of_seeds(&scene, &direct(estimator, 256));
+        assert!(((m - expected) / se).abs() < 6.0, "{estimator:?}: {m} ± {se}, but {expected}");
+        assert!(se < 2e-3 * expected, "{estimator:?}: too noisy to tell, {se}");
     }
 }
 
@@ -194,7 +355,7 @@ fn form_factor_of_the_inside_of_a_cylinder() {
     assert_form_factor("inside of a cylinder", lamp, DVec3::ZERO, disk(low) - disk(high));
 }
 
-/// π·A·L and 4π·I, in the file's units, to the rounding of f32 coordinates.
+/// π·A·L, 4π·I and a spot's part of it, in the file's units, to the rounding of f32 coordinates.
 #[test]
 fn powers_of_lights_are_exact() {
     let stretched = DAffine3::from_scale(DVec3::new(2.0, 3.0, 0.5));
@@ -213,8 +374,16 @@ fn powers_of_lights_are_exact() {
         ),
     ];
     let shapes: Vec<Shape> = areas.iter().map(|(g, m, _)| shape(g.clone(), *m, 0, Some(5.0))).collect();
-    let lights = vec![point_light(DVec3::X, Rgb::splat(7.0))];
-    let expected: Vec<f64> = areas.iter().map(|a| 5.0 * PI * a.2).chain([4.0 * PI * 7.0]).collect();
+    // Half a sphere.
+    let spot = LightKind::Spot {
+        position: DVec3::ONE,
+        direction: DVec3::X,
+        intensity: Rgb::splat(7.0),
+        cutoff_angle: 90.0,
+        beam_width: 90.0,
+    };
+    let lights = vec![point_light(DVec3::X, Rgb::splat(7.0)), light(spot)];
+    let expected: Vec<f64> = areas.iter().map(|a| 5.0 * PI * a.2).chain([4.0 * PI * 7.0, 2.0 * PI * 7.0]).collect();
     for scale in [1.0, 1e3, 1e-4] {
         let room = SceneDescription { shapes: shapes.clone(), lights: lights.clone(), ..enclosure(0.5, 0.0) };
         let scene = compiled(&transformed(room, scale, DVec3::ZERO), Accelerator::Native);
@@ -239,37 +408,43 @@ fn info_prints_powers_in_watts() {
         <shape type="disk" id="lamp"><transform name="to_world"><scale value="1000"/></transform>
             <emitter type="area"><rgb name="radiance" value="1 2 0"/></emitter></shape>
         <emitter type="point"><rgb name="intensity" value="1 2 3"/></emitter>
+        <emitter type="spot"><float name="cutoff_angle" value="90"/><float name="beam_width" value="90"/></emitter>
+        <emitter type="directional"/>
         <emitter type="constant"/></scene>"#;
     std::fs::write(&path, text).unwrap();
     let told = String::from_utf8(snell(&["info".as_ref(), path.as_ref()]).stdout).unwrap();
-    // π²·10⁶ and twice that; 4π, 8π and 12π; together.
+    // π²·10⁶ and twice that; 4π, 8π and 12π; 2π; together.
     for expected in [
-        "1 on surfaces, 1 points, 1 at infinity",
+        "1 on surfaces, 1 points, 1 spots, 0 projectors, 1 directional, 1 at infinity",
         "9869600 19739200 0 W (R G B)",
         "'lamp'",
         "12.5664 25.1327 37.6991 W (R G B), 23.3684 W of luminance  point (",
-        "not finite",
-        "9869620 19739200 37.6991 W (R G B)",
+        "6.28319 6.28319 6.28319 W (R G B), 6.28319 W of luminance  spot (",
+        "not finite: it fills all space  directional (",
+        "not finite: it fills all space  constant (",
+        "9869620 19739200 43.9823 W (R G B)",
     ] {
         assert!(told.contains(expected), "expected '{expected}' in\n{told}");
     }
 }
 
 #[test]
-fn a_point_light_that_nothing_can_find_is_a_warning() {
+fn a_light_that_nothing_can_find_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, picture) = (folder.path().join("scene.xml"), folder.path().join("picture.exr"));
     let text = r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm">
         <integer name="width" value="2"/><integer name="height" value="2"/></film></sensor>
         <shape type="cube"/><emitter type="point"/></scene>"#;
-    std::fs::write(&scene, text).unwrap();
-    for (integrator, dark) in [("bsdf", true), ("naive", true), ("nee", false), ("path", false)] {
+    let lights = ["point", "spot", "directional"];
+    let cases = [("bsdf", true), ("naive", true), ("nee", false), ("path", false)];
+    for (light, (integrator, dark)) in lights.into_iter().flat_map(|l| cases.map(|c| (l, c))) {
+        std::fs::write(&scene, text.replace("\"point\"", &format!("\"{light}\""))).unwrap();
         let arguments =
             ["render".as_ref(), scene.as_ref(), "-o".as_ref(), picture.as_os_str(), "--integrator".as_ref()];
         let output = snell(&[&arguments[..], &[integrator.as_ref()]].concat());
         assert!(output.status.success(), "{output:?}");
         let warned = String::from_utf8(output.stderr).unwrap();
-        let expected = format!("point lights stay dark: '{integrator}' only counts light that a path runs into");
+        let expected = format!("lights without size stay dark: '{integrator}' only counts light that a path runs into");
         assert_eq!(warned.contains(&expected), dark, "{warned}");
     }
 }

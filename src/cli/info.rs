@@ -36,7 +36,10 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     line("materials", scene.materials.len().to_string());
     line(
         "lights",
-        format!("{} on surfaces, {} points, {} at infinity", f.area_lights, f.point_lights, f.infinite_lights),
+        format!(
+            "{} on surfaces, {} points, {} spots, {} projectors, {} directional, {} at infinity",
+            f.area_lights, f.point_lights, f.spot_lights, f.projector_lights, f.directional_lights, f.infinite_lights
+        ),
     );
     for power in powers(&p) {
         line("power", power);

@@ -41,9 +41,9 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     if let Some(id) = args.replay {
         return replay::run(&prepared.scene, &settings, id).map(|()| ExitCode::SUCCESS);
     }
-    if prepared.scene.features.point_lights > 0 && !settings.integrator.estimator.samples_lights() {
+    if prepared.scene.features.lights_without_size() > 0 && !settings.integrator.estimator.samples_lights() {
         let name = integrator.text();
-        say(format_args!("warning: point lights stay dark: '{name}' only counts light that a path runs into"));
+        say(format_args!("warning: lights without size stay dark: '{name}' only counts light that a path runs into"));
     }
     let format = pixel_format(args, &prepared);
     let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;

@@ -15,7 +15,7 @@ pub use bsdf::{
 pub use texture::{Texture, TextureKind, Wrap};
 
 use crate::error::Span;
-pub use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
+pub use crate::image::{ComponentFormat, Crop, Filter, Picture, PixelFormat};
 use crate::spectrum::Rgb;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
@@ -254,11 +254,55 @@ pub enum LightKind {
         /// Radiance in W·sr⁻¹·m⁻².
         radiance: Rgb,
     },
+    /// A map of radiance all around, from infinitely far away; Mitsuba's latitude and longitude.
+    Environment {
+        /// Radiance, but for `scale`: finite and not negative.
+        map: Arc<Picture>,
+        /// Factor from the map's values to radiance in W·sr⁻¹·m⁻², not negative.
+        scale: f64,
+        /// From the map's frame to the file's world space: a rotation, and perhaps a reflection.
+        to_world: DMat3,
+        /// Whether directions of little light are left to bsdf sampling where that is done, too.
+        mis_compensation: bool,
+    },
+    /// Parallel light from infinitely far away.
+    Directional {
+        /// Where it shines, of any length.
+        direction: DVec3,
+        /// Irradiance of a surface that faces it, in W·m⁻².
+        irradiance: Rgb,
+    },
     /// The same radiant intensity in every direction, from a point.
     Point {
         /// Where, in the file's world space.
         position: DVec3,
         /// Radiant intensity in W·sr⁻¹, the file's unit of length being the metre.
         intensity: Rgb,
+    },
+    /// A point that shines into a cone.
+    Spot {
+        /// Where, in the file's world space.
+        position: DVec3,
+        /// Along the axis of the cone, of any length.
+        direction: DVec3,
+        /// Radiant intensity along the axis in W·sr⁻¹, the file's unit of length being the metre.
+        intensity: Rgb,
+        /// Degrees from the axis from which it is nothing, in (0, 180].
+        cutoff_angle: f64,
+        /// Degrees from the axis up to which it is full, from 0 to `cutoff_angle`.
+        beam_width: f64,
+    },
+    /// A point that shines through a picture, from the space of a camera that would see it.
+    Projector {
+        /// Irradiance over π at depth 1, the file's unit of length, but for `scale`: finite and not negative.
+        map: Arc<Picture>,
+        /// Factor of the map's values, not negative.
+        scale: f64,
+        /// Camera space to the file's world space; no scale.
+        to_world: DAffine3,
+        /// Field of view in degrees along `fov_axis`, in (0, 180).
+        fov: f64,
+        /// What `fov` measures.
+        fov_axis: FovAxis,
     },
 }

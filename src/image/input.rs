@@ -1,10 +1,11 @@
-//! Reads pictures: OpenEXR and PNG to linear sRGB.
+//! Reads pictures: OpenEXR, Radiance HDR, PNG, JPEG and BMP to linear sRGB.
 
 use super::Picture;
 use crate::error::{Error, Result};
 use crate::spectrum::{Rgb, srgb_to_linear};
 use exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers};
-use image::ImageFormat;
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::path::Path;
 
 /// Most pixels to read. Reason: as many as can be rendered; a header that claims more must not ask for the memory.
@@ -25,27 +26,42 @@ pub struct PictureFile {
     pub offset: (i32, i32),
 }
 
-/// Reads a picture. EXR: the first layer with channels R, G and B, or Y, of half, float or integer type. PNG: decoded by
-/// the sRGB transfer function; alpha is left out.
+/// Reads a picture.
 ///
-/// Fails where the file cannot be read, is neither, or has no such channels.
+/// Fails where the file cannot be read or [`decode`] fails.
 pub fn read(path: &Path) -> Result<PictureFile> {
     let about = std::fs::metadata(path).map_err(|e| Error::file(path, format!("cannot read the picture: {e}")))?;
     if !about.is_file() || about.len() > MAX_BYTES {
         return Err(Error::file(path, "cannot read the picture: this is not a regular file of at most 8 GiB"));
     }
     let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot read the picture: {e}")))?;
+    decode(&bytes, false).map_err(|e| Error::file(path, format!("cannot read the picture: {e}")))
+}
+
+/// The picture that the bytes of a file are. EXR: the first layer with channels R, G and B, or Y, of half, float or integer
+/// type. Radiance HDR: its values as they are. Others: decoded by the sRGB transfer function unless `raw`; alpha is left out.
+///
+/// Fails, with the reason, where they are of no such format or have no such channels.
+pub fn decode(bytes: &[u8], raw: bool) -> std::result::Result<PictureFile, String> {
     /// The first bytes of an OpenEXR file.
     const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-    let read = if bytes.starts_with(&EXR_MAGIC) {
-        read_exr(&bytes)
-    } else if image::guess_format(&bytes).is_ok_and(|f| f == ImageFormat::Png) {
-        read_png(&bytes)
-    } else {
-        Err("it is neither OpenEXR nor PNG".into())
-    };
-    read.map_err(|e| Error::file(path, format!("cannot read the picture: {e}")))
+    if bytes.starts_with(&EXR_MAGIC) {
+        return read_exr(bytes);
+    }
+    // What follows is the name of a program.
+    if bytes.starts_with(b"#?") {
+        return HdrDecoder::new_nonstrict(bytes).map_err(|e| e.to_string()).and_then(|d| read_with(d, raw));
+    }
+    let format = image::guess_format(bytes).ok().filter(|format| OTHERS.contains(format));
+    let format = format.ok_or("it is none of OpenEXR, Radiance HDR, PNG, JPEG and BMP")?;
+    let mut reader = ImageReader::with_format(std::io::Cursor::new(bytes), format);
+    // The size is checked below, before there is memory for the pixels.
+    reader.no_limits();
+    reader.into_decoder().map_err(|e| e.to_string()).and_then(|d| read_with(d, raw))
 }
+
+/// What is read besides floating point.
+const OTHERS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp];
 
 /// Width and height as numbers of 32 bits, unless there are too many pixels.
 pub(super) fn check_size(width: usize, height: usize) -> std::result::Result<(u32, u32), String> {
@@ -109,16 +125,35 @@ fn picture_of(layer: &Layer<AnyChannels<FlatSamples>>) -> Option<PictureFile> {
     Some(PictureFile { picture, offset: (position.x(), position.y()) })
 }
 
-fn read_png(bytes: &[u8]) -> std::result::Result<PictureFile, String> {
-    let decoded = image::load_from_memory_with_format(bytes, ImageFormat::Png).map_err(|e| e.to_string())?;
-    // 16 bits hold 8 exactly: v · 257 / 65535 = v / 255.
-    let decoded = decoded.into_rgb16();
-    let (width, height) = check_size(decoded.width() as usize, decoded.height() as usize)?;
+fn read_with(decoder: impl ImageDecoder, raw: bool) -> std::result::Result<PictureFile, String> {
+    let (width, height) = decoder.dimensions();
+    let (width, height) = check_size(width as usize, height as usize)?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+    let pixels: Vec<Rgb> = match decoded {
+        DynamicImage::ImageRgb32F(linear) => linear.pixels().map(|p| Rgb::new(p.0[0], p.0[1], p.0[2])).collect(),
+        deep @ (DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_)) => {
+            let linear = decoding_table(u16::MAX, raw);
+            let at = |v: u16| linear[usize::from(v)];
+            deep.into_rgb16().pixels().map(|p| Rgb::new(at(p.0[0]), at(p.0[1]), at(p.0[2]))).collect()
+        }
+        shallow => {
+            let linear = decoding_table(u8::MAX.into(), raw);
+            let at = |v: u8| linear[usize::from(v)];
+            shallow.into_rgb8().pixels().map(|p| Rgb::new(at(p.0[0]), at(p.0[1]), at(p.0[2]))).collect()
+        }
+    };
     let mut picture = Picture::new(width, height);
-    let linear = |v: u16| srgb_to_linear(f64::from(v) / f64::from(u16::MAX)) as f32;
-    for (x, y, p) in decoded.enumerate_pixels() {
-        let [r, g, b] = p.0.map(linear);
-        picture.set(x, y, Rgb::new(r, g, b));
+    for (i, pixel) in (0u32..).zip(pixels) {
+        picture.set(i % width, i / width, pixel);
     }
     Ok(PictureFile { picture, offset: (0, 0) })
+}
+
+/// The linear values of the integers from 0 to `most`, which stands for 1.
+fn decoding_table(most: u16, raw: bool) -> Vec<f32> {
+    let linear = |v: f64| if raw { v } else { srgb_to_linear(v) };
+    (0..=most).map(|v| linear(f64::from(v) / f64::from(most)) as f32).collect()
 }

@@ -11,7 +11,7 @@ mod raster;
 
 pub use exr_file::Metadata;
 pub use filter::Filter;
-pub use input::{PictureFile, read as read_picture};
+pub use input::{PictureFile, decode as decode_picture, read as read_picture};
 pub use layers::{Layers, PixelFormat, Plane, PlaneValues};
 pub use output::{Format, OutputFile, Reserved, WriteOptions};
 pub use raster::Raster;
@@ -137,6 +137,25 @@ impl Picture {
     /// The pixel in column `x` of row `y`.
     pub fn get(&self, x: u32, y: u32) -> Rgb {
         self.pixels[y as usize * self.width as usize + x as usize]
+    }
+
+    /// Puts `f` of each pixel in its place.
+    pub fn apply(&mut self, f: impl Fn(Rgb) -> Rgb) {
+        self.pixels.iter_mut().for_each(|p| *p = f(*p));
+    }
+
+    /// With columns and rows like the last ones added where there are fewer than these.
+    #[must_use]
+    pub fn padded(self, width: u32, height: u32) -> Self {
+        if self.width >= width && self.height >= height {
+            return self;
+        }
+        let (width, height) = (self.width.max(width), self.height.max(height));
+        let mut larger = Self::new(width, height);
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            larger.set(x, y, self.get(x.min(self.width - 1), y.min(self.height - 1)));
+        }
+        larger
     }
 
     /// Sets the pixel in column `x` of row `y`.

@@ -10,6 +10,7 @@ pub(super) struct Path;
 
 impl Technique for Path {
     const SAMPLES_LIGHTS: bool = true;
+    const COMBINES: bool = true;
 
     #[inline]
     fn found_weight(bsdf: SolidAnglePdf, light: SolidAnglePdf) -> f32 {

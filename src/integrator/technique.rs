@@ -11,6 +11,9 @@ pub trait Technique {
     /// Whether vertices sample lights.
     const SAMPLES_LIGHTS: bool;
 
+    /// Whether light that sampling lights leaves out is found by the bsdf.
+    const COMBINES: bool = false;
+
     /// How the path goes on; `None` where it ends.
     #[inline(always)]
     fn sample_bsdf(bsdf: &Scatter<'_>, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {

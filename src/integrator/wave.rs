@@ -318,8 +318,13 @@ impl Walker<'_> {
             return;
         }
         for &index in &self.scene.infinite_lights {
-            if let Light::Constant(light) = &self.scene.lights[index as usize] {
-                self.found::<T>(path, light.radiance, |_| light.pdf(), record);
+            let (radiance, pdf) = match &self.scene.lights[index as usize] {
+                Light::Constant(light) => (light.radiance, light.pdf()),
+                Light::Environment(light) => light.seen(&{ path.ray.d }, T::COMBINES),
+                _ => continue,
+            };
+            if !radiance.is_black() {
+                self.found::<T>(path, radiance, |_| pdf, record);
             }
         }
     }
@@ -370,7 +375,7 @@ impl Walker<'_> {
         record: &mut impl Record,
     ) -> Option<(Ray, Hit, Rgb)> {
         let (index, pmf) = self.scene.light_sampler.sample(|| u.choice())?;
-        let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), u.point())?;
+        let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), u.point(), T::COMBINES)?;
         let wi = surface.frame.to_local(sample.wi);
         let (f, bsdf_pdf) = surface.bsdf.eval_pdf(wo, wi);
         if f.is_black() {

@@ -4,12 +4,20 @@
 
 mod area;
 mod constant;
+mod directional;
+mod environment;
 mod point;
+mod projector;
+mod spot;
 mod uniform;
 
 pub use area::AreaLight;
 pub use constant::ConstantLight;
+pub use directional::DirectionalLight;
+pub use environment::EnvironmentLight;
 pub use point::PointLight;
+pub use projector::ProjectorLight;
+pub use spot::SpotLight;
 pub use uniform::UniformLightSampler;
 
 use crate::sampling::pdf::SolidAnglePdf;
@@ -26,8 +34,16 @@ pub enum Light {
     Area(AreaLight),
     /// A sky of one colour.
     Constant(ConstantLight),
+    /// A sky with a picture on it.
+    Environment(EnvironmentLight),
+    /// Parallel light.
+    Directional(DirectionalLight),
     /// A point.
     Point(PointLight),
+    /// A point that shines into a cone.
+    Spot(SpotLight),
+    /// A point that shines through a picture.
+    Projector(ProjectorLight),
 }
 
 /// A direction towards a light.
@@ -47,23 +63,63 @@ pub struct LightSample {
 }
 
 impl Light {
-    /// A direction from `p` towards the light; `None` where this sample would bring nothing.
+    /// A direction from `p` towards the light; `None` where this sample would bring nothing. `combined`: bsdf sampling finds
+    /// what this leaves out, so that directions of little light may be.
     #[inline(always)]
-    pub fn sample(&self, shapes: &[Shape], p: DVec3, u: Vec2) -> Option<LightSample> {
+    pub fn sample(&self, shapes: &[Shape], p: DVec3, u: Vec2, combined: bool) -> Option<LightSample> {
         match self {
             Self::Area(light) => light.sample(&shapes[light.shape as usize], p, u),
             Self::Constant(light) => Some(light.sample(u)),
+            Self::Environment(light) => light.sample(u, combined),
+            Self::Directional(light) => Some(light.sample()),
             Self::Point(light) => light.sample(&p),
+            Self::Spot(light) => light.sample(&p),
+            Self::Projector(light) => light.sample(&p),
+        }
+    }
+
+    /// Whether a path can run into it: whether it is no light without size.
+    pub fn can_be_met(&self) -> bool {
+        match self {
+            Self::Area(_) | Self::Constant(_) | Self::Environment(_) => true,
+            Self::Directional(_) | Self::Point(_) | Self::Spot(_) | Self::Projector(_) => false,
+        }
+    }
+
+    /// Where it is and what it hangs on, if it is a point.
+    pub fn as_point_mut(&mut self) -> Option<&mut PointLight> {
+        match self {
+            Self::Point(light) => Some(light),
+            Self::Spot(light) => Some(&mut light.point),
+            Self::Projector(light) => Some(&mut light.point),
+            Self::Area(_) | Self::Constant(_) | Self::Environment(_) | Self::Directional(_) => None,
+        }
+    }
+
+    /// The largest radiance that it emits, in its largest channel; of a light without size, one of the order that it makes
+    /// ([`PointLight::scale`]; the irradiance of a directional one).
+    pub fn brightest(&self) -> f32 {
+        match self {
+            Self::Area(light) => light.radiance.max_component(),
+            Self::Constant(light) => light.radiance.max_component(),
+            Self::Environment(light) => light.brightest(),
+            Self::Directional(light) => light.irradiance.max_component(),
+            Self::Point(light) => light.scale(),
+            Self::Spot(light) => light.point.scale(),
+            Self::Projector(light) => light.point.scale(),
         }
     }
 
     /// Radiant flux that leaves the light, per channel, in W where the compiled scene's unit of length stands for the
-    /// metre: π·A·L of a surface, 4π·I of a point; `None` at infinity, where it is not finite.
+    /// metre: π·A·L of a surface, 4π·I of a point, less of a spot or a
+    /// projector; `None` at infinity, where it is not finite.
     pub fn power(&self, shapes: &[Shape]) -> Option<[f64; 3]> {
         let (factor, colour) = match self {
             Self::Area(light) => (PI * shapes[light.shape as usize].area(), light.radiance),
-            Self::Constant(_) => return None,
+            Self::Constant(_) | Self::Environment(_) | Self::Directional(_) => return None,
             Self::Point(light) => (4.0 * PI, light.intensity),
+            Self::Spot(light) => (light.effective_solid_angle(), light.point.intensity),
+            Self::Projector(light) => return Some(light.power()),
         };
         Some(colour.to_array().map(|c| f64::from(c) * factor))
     }

@@ -232,7 +232,7 @@ impl<'d> Builder<'d> {
                 continue;
             }
             let light = plugins::emitter::light(self, id)?;
-            let is_sky = |l: &Light| matches!(l.kind, LightKind::Constant { .. });
+            let is_sky = |l: &Light| matches!(l.kind, LightKind::Constant { .. } | LightKind::Environment { .. });
             if is_sky(&light) && lights.iter().any(is_sky) {
                 return Err(self.document.sources.error(at, "a scene can have only one environment emitter"));
             }

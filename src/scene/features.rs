@@ -21,8 +21,21 @@ pub struct Features {
     pub textures: u64,
     /// Lights on surfaces.
     pub area_lights: u64,
-    /// Lights at infinity.
+    /// Lights at infinity that have a size: skies.
     pub infinite_lights: u64,
-    /// Lights without size.
+    /// Lights at infinity without size.
+    pub directional_lights: u64,
+    /// Points that shine everywhere.
     pub point_lights: u64,
+    /// Points that shine into a cone.
+    pub spot_lights: u64,
+    /// Points that shine through a picture.
+    pub projector_lights: u64,
+}
+
+impl Features {
+    /// Lights without size, which paths cannot run into.
+    pub fn lights_without_size(&self) -> u64 {
+        self.directional_lights + self.point_lights + self.spot_lights + self.projector_lights
+    }
 }

@@ -82,7 +82,7 @@ pub struct Scene {
     pub uvs: Vec<UvField>,
     /// Every light that is not black.
     pub lights: Vec<Light>,
-    /// Which of them are at infinity.
+    /// Which of them are at infinity and met by rays that meet nothing else.
     pub infinite_lights: Vec<u32>,
     /// Chooses among the lights.
     pub light_sampler: UniformLightSampler,
@@ -159,14 +159,8 @@ impl Scene {
         field.map_or(Vec2::ZERO, at)
     }
 
-    /// The largest radiance that any light emits, in its largest channel; of a light without size, one of the order
-    /// that it makes ([`crate::light::PointLight::scale`]).
+    /// The largest radiance of any light ([`Light::brightest`]).
     pub fn brightest(&self) -> f32 {
-        let radiance = |l: &Light| match l {
-            Light::Area(l) => l.radiance.max_component(),
-            Light::Constant(l) => l.radiance.max_component(),
-            Light::Point(l) => l.scale(),
-        };
-        self.lights.iter().map(radiance).fold(0.0, f32::max)
+        self.lights.iter().map(Light::brightest).fold(0.0, f32::max)
     }
 }

@@ -111,6 +111,20 @@ pub fn point_light(position: DVec3, intensity: Rgb) -> Light {
     Light { at: at(), kind: LightKind::Point { position, intensity } }
 }
 
+/// A light of the scene's own.
+pub fn light(kind: LightKind) -> Light {
+    Light { at: at(), kind }
+}
+
+/// A picture of these values.
+pub fn map(width: u32, height: u32, value: impl Fn(u32, u32) -> Rgb) -> std::sync::Arc<Picture> {
+    let mut map = Picture::new(width, height);
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        map.set(x, y, value(x, y));
+    }
+    std::sync::Arc::new(map)
+}
+
 /// The side of a cylinder and the disks that close its ends, under an affine map, fronts inside.
 pub fn closed_cylinder(map: DAffine3, emission: Option<f32>) -> Vec<Shape> {
     let side = Geometry::Cylinder { p0: DVec3::NEG_Z, p1: DVec3::Z, radius: 1.0 };
@@ -143,9 +157,13 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
         s.to_world = map * s.to_world;
     }
     for l in &mut scene.lights {
-        if let LightKind::Point { position, intensity } = &mut l.kind {
+        if let LightKind::Point { position, intensity } | LightKind::Spot { position, intensity, .. } = &mut l.kind {
             *position = *position * scale + offset;
             *intensity = intensity.map(|c| (f64::from(c) * scale * scale) as f32);
+        }
+        if let LightKind::Projector { to_world, scale: brightness, .. } = &mut l.kind {
+            to_world.translation = to_world.translation * scale + offset;
+            *brightness *= scale * scale;
         }
     }
     for c in &mut scene.cameras {

@@ -1,15 +1,18 @@
 //! Emitters.
 
 use super::colour::colour;
+use super::sensor::field_of_view;
 use super::{find, misplaced};
-use crate::description::{Light, LightKind};
+use crate::description::{Light, LightKind, Picture};
 use crate::error::Result;
+use crate::image::decode_picture;
 use crate::loader::build::Builder;
-use crate::loader::document::ObjectId;
+use crate::loader::document::{Category, ObjectId, Value};
 use crate::loader::params::Params;
-use crate::loader::source::Loc;
+use crate::loader::source::{Loc, MAX_DATA_BYTES, read_bytes};
 use crate::spectrum::{Rgb, SpectrumRole};
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
+use std::sync::Arc;
 
 /// What an emitter plugin makes.
 pub(crate) enum Emitter {
@@ -22,7 +25,25 @@ pub(crate) enum Emitter {
 type EmitterFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Emitter>;
 
 /// The supported emitter plugins.
-const EMITTERS: &[(&str, EmitterFn)] = &[("area", area), ("constant", constant), ("point", point)];
+const EMITTERS: &[(&str, EmitterFn)] = &[
+    ("area", area),
+    ("constant", constant),
+    ("directional", directional),
+    ("envmap", envmap),
+    ("point", point),
+    ("projector", projector),
+    ("spot", spot),
+];
+
+/// Largest difference of an entry of MᵀM from that of a multiple of the identity, relative to it, at which the matrix M still
+/// neither shears nor scales one axis more than another: files have matrices of few digits.
+const SIMILARITY_TOLERANCE: f64 = 1e-3;
+
+/// Degrees from the axis of a spot at which it ends unless given.
+const DEFAULT_CUTOFF: f64 = 20.0;
+
+/// The part of them up to which it has its full intensity unless given.
+const DEFAULT_BEAM: f64 = 0.75;
 
 fn area(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     radiance(b, p).map(Emitter::Area)
@@ -43,6 +64,151 @@ fn point(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     };
     let intensity = colour(b, p, "intensity", SpectrumRole::Emission)?.unwrap_or(Rgb::WHITE);
     Ok(Emitter::Light(LightKind::Point { position, intensity }))
+}
+
+/// A map of radiance around the scene.
+fn envmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
+    // As Mitsuba does, which interpolates between two columns and three rows at least.
+    let map = Arc::new(map(b, p, false)?.padded(2, 3));
+    let scale = scale(p)?;
+    let m = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY).matrix3;
+    let Some(size) = uniform_scale(m) else {
+        return Err(p.error("to_world", "the to_world of an envmap may only rotate"));
+    };
+    if (size - 1.0).abs() > SIMILARITY_TOLERANCE {
+        b.warn(p.at("to_world"), "that to_world scales an envmap changes nothing, for it is infinitely far away");
+    }
+    let mis_compensation = p.boolean("mis_compensation", false)?;
+    Ok(Emitter::Light(LightKind::Environment { map, scale, to_world: m * size.recip(), mis_compensation }))
+}
+
+/// The picture that the parameter 'filename' names.
+fn map(b: &mut Builder<'_>, p: &Params<'_>, raw: bool) -> Result<Picture> {
+    let name = p.required_text("filename")?;
+    let at = p.at("filename");
+    let path = b.document.find_file(name, at).map_err(|m| p.error("filename", m))?;
+    let decoded = read_bytes(&path, MAX_DATA_BYTES).and_then(|bytes| decode_picture(&bytes, raw));
+    let mut map = decoded.map_err(|m| p.error("filename", format!("cannot read '{}': {m}", path.display())))?.picture;
+    if let Some(i) = map.pixels().iter().position(|v| !v.is_finite()) {
+        let (x, y) = (i % map.width() as usize, i / map.width() as usize);
+        let message = format!("'{name}' has a value that is not finite, in column {x} of row {y}");
+        return Err(p.error("filename", message));
+    }
+    let negative = map.pixels().iter().filter(|v| v.0.min_element() < 0.0).count();
+    if negative > 0 {
+        b.warn(at, &format!("{negative} pixels of '{name}' have negative values, which are taken for 0"));
+        map.apply(|v| v.map(|c| c.max(0.0)));
+    }
+    Ok(map)
+}
+
+fn scale(p: &Params<'_>) -> Result<f64> {
+    let scale = p.float("scale")?.unwrap_or(1.0);
+    if !(scale >= 0.0) {
+        return Err(p.error("scale", "'scale' must not be negative"));
+    }
+    if scale > f64::from(f32::MAX) {
+        return Err(p.error("scale", "'scale' is too large"));
+    }
+    Ok(scale)
+}
+
+/// The factor by which a matrix scales, if it does nothing else but rotate and reflect.
+fn uniform_scale(m: DMat3) -> Option<f64> {
+    let size = libm::cbrt(m.determinant().abs());
+    let unit = m * size.recip();
+    // Written so that NaN is no similarity.
+    (unit.transpose() * unit).abs_diff_eq(DMat3::IDENTITY, SIMILARITY_TOLERANCE).then_some(size)
+}
+
+/// The light shines along +z of `to_world`, or along `direction`, but not both.
+fn directional(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
+    let (to_world, direction) = (p.transform("to_world")?, p.vector("direction")?);
+    let (name, direction) = match (to_world, direction) {
+        (Some(_), Some(_)) => {
+            return Err(p.error("direction", "a directional light has a direction or a to_world, not both"));
+        }
+        (None, Some(direction)) => ("direction", direction),
+        (to_world, None) => ("to_world", to_world.map_or(DVec3::Z, |m| m.matrix3.z_axis)),
+    };
+    let direction = checked_direction(p, name, direction)?;
+    let irradiance = colour(b, p, "irradiance", SpectrumRole::Emission)?.unwrap_or(Rgb::WHITE);
+    Ok(Emitter::Light(LightKind::Directional { direction, irradiance }))
+}
+
+fn checked_direction(p: &Params<'_>, name: &'static str, direction: DVec3) -> Result<DVec3> {
+    direction.try_normalize().ok_or_else(|| p.error(name, "the direction of a light must be neither zero nor infinite"))
+}
+
+/// A cone around +z of `to_world`.
+fn spot(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
+    let to_world = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    if uniform_scale(to_world.matrix3).is_none() {
+        return Err(p.error("to_world", "the to_world of a spot may only move, rotate and scale uniformly"));
+    }
+    let intensity = colour(b, p, "intensity", SpectrumRole::Emission)?.unwrap_or(Rgb::WHITE);
+    if p.find("texture").is_some() {
+        b.approximate(p.at("texture"), "a texture in a spot", "", "a spot without texture")?;
+    }
+    let cutoff_angle = p.float("cutoff_angle")?.unwrap_or(DEFAULT_CUTOFF);
+    if !(cutoff_angle > 0.0 && cutoff_angle <= 180.0) {
+        return Err(p.error("cutoff_angle", "'cutoff_angle' must be larger than 0 and at most 180 degrees"));
+    }
+    let beam_width = p.float("beam_width")?.unwrap_or(DEFAULT_BEAM * cutoff_angle);
+    if !(0.0..=cutoff_angle).contains(&beam_width) {
+        let message = format!("'beam_width' must be between 0 and 'cutoff_angle' ({cutoff_angle} degrees)");
+        return Err(p.error("beam_width", message));
+    }
+    let position = to_world.translation;
+    let direction = checked_direction(p, "to_world", to_world.matrix3.z_axis)?;
+    Ok(Emitter::Light(LightKind::Spot { position, direction, intensity, cutoff_angle, beam_width }))
+}
+
+/// A pinhole camera that shines.
+fn projector(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
+    let to_world = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
+    if !uniform_scale(to_world.matrix3).is_some_and(|size| (size - 1.0).abs() <= SIMILARITY_TOLERANCE) {
+        return Err(p.error("to_world", "the to_world of a projector may only move and rotate"));
+    }
+    let map = Arc::new(slide(b, p)?);
+    let scale = scale(p)?;
+    let (fov, fov_axis) = field_of_view(p)?;
+    Ok(Emitter::Light(LightKind::Projector { map, scale, to_world, fov, fov_axis }))
+}
+
+/// The picture that the bitmap 'irradiance' names.
+fn slide(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Picture> {
+    let id = match p.find("irradiance").map(|param| &param.value) {
+        Some(&Value::Child(id)) if b.document.objects[id].category == Category::Texture => id,
+        _ => {
+            return Err(
+                p.error("irradiance", "a projector needs the parameter 'irradiance' (a <texture type=\"bitmap\">)")
+            );
+        }
+    };
+    let make = find(b.document, id, &[("bitmap", bitmap as SlideFn)])?;
+    let texture = Params::new(b.document, id);
+    let made = make(b, &texture)?;
+    texture.finish(b)?;
+    Ok(made)
+}
+
+type SlideFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Picture>;
+
+fn bitmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Picture> {
+    for (name, usual) in [("filter_type", "bilinear"), ("wrap_mode", "repeat")] {
+        if p.text(name)?.is_some_and(|text| text != usual) {
+            let what = format!("a '{name}' other than '{usual}' in a projector");
+            b.approximate(p.at(name), &what, "", &format!("'{usual}'"))?;
+        }
+    }
+    if p.find("to_uv").is_some() {
+        b.approximate(p.at("to_uv"), "a 'to_uv' in a projector", "", "the picture as it is")?;
+    }
+    // How it is kept changes nothing.
+    p.accept(&["format", "accel"]);
+    let raw = p.boolean("raw", false)?;
+    map(b, p, raw)
 }
 
 fn radiance(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Rgb> {

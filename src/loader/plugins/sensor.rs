@@ -69,7 +69,8 @@ fn perspective(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Camera> {
     Ok(Camera { at, to_world, fov, fov_axis, near_clip, far_clip, principal_point_offset, film, sampler })
 }
 
-fn field_of_view(p: &Params<'_>) -> Result<(f64, FovAxis)> {
+/// The field of view in degrees, and along what: from `fov` and `fov_axis` or from `focal_length`.
+pub(crate) fn field_of_view(p: &Params<'_>) -> Result<(f64, FovAxis)> {
     let axis = match p.choice("fov_axis", &["x", "y", "diagonal", "smaller", "larger"])? {
         "y" => FovAxis::Y,
         "diagonal" => FovAxis::Diagonal,

@@ -1,6 +1,7 @@
 //! From the scene description to the compiled scene: the only place that knows both.
 
 mod geometry;
+mod lights;
 mod look;
 mod material;
 mod tangents;
@@ -16,7 +17,7 @@ use crate::light::{Light, UniformLightSampler};
 use crate::material::Material;
 use crate::shape::Shape;
 use glam::{DVec2, DVec3};
-use look::Place;
+use lights::Place;
 use std::time::{Duration, Instant};
 
 /// How to compile.
@@ -61,8 +62,8 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let accel = Accel::build(options.accelerator, &shapes, options.threads)?;
     let accel_build = start.elapsed();
     let lobes = look.materials.all.iter().map(Material::lobes);
-    let infinite_lights: Vec<u32> =
-        (0u32..).zip(&look.lights).filter(|(_, l)| matches!(l, Light::Constant(_))).map(|(i, _)| i).collect();
+    let is_sky = |l: &Light| matches!(l, Light::Constant(_) | Light::Environment(_));
+    let infinite_lights: Vec<u32> = (0u32..).zip(&look.lights).filter(|(_, l)| is_sky(l)).map(|(i, _)| i).collect();
     let quadrics = shapes.iter().filter(|s| !matches!(s, Shape::Mesh(_))).count() as u64;
     let count = |kind: fn(&Light) -> bool| look.lights.iter().filter(|l| kind(l)).count() as u64;
     let features = Features {
@@ -75,7 +76,10 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         textures: description.textures.iter().filter(|t| t.is_varying()).count() as u64,
         area_lights: count(|l| matches!(l, Light::Area(_))),
         infinite_lights: infinite_lights.len() as u64,
+        directional_lights: count(|l| matches!(l, Light::Directional(_))),
         point_lights: count(|l| matches!(l, Light::Point(_))),
+        spot_lights: count(|l| matches!(l, Light::Spot(_))),
+        projector_lights: count(|l| matches!(l, Light::Projector(_))),
     };
     let film = FilmSettings {
         size: (camera.film.width, camera.film.height),
@@ -124,16 +128,16 @@ fn compile_camera(camera: &Camera, to_scene: &ToScene) -> Result<Perspective> {
         up: axis(DVec3::Y)?,
         forward: axis(DVec3::Z)?,
         film: DVec2::new(width, height),
-        half_width: half_width(camera, width / height),
+        half_width: half_width(camera.fov, camera.fov_axis, width / height),
         principal_point: DVec2::new(x, y),
         clip,
     }))
 }
 
 /// Tangent of half the horizontal field of view, for a film of this width over height.
-fn half_width(camera: &Camera, aspect: f64) -> f64 {
-    let tan = libm::tan(0.5 * camera.fov.to_radians());
-    let along_x = match camera.fov_axis {
+fn half_width(fov: f64, axis: FovAxis, aspect: f64) -> f64 {
+    let tan = libm::tan(0.5 * fov.to_radians());
+    let along_x = match axis {
         FovAxis::X => true,
         FovAxis::Y => false,
         FovAxis::Smaller => aspect <= 1.0,
