@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests, and skipping is to be seen")]
 
 use snell::description::{
-    BsdfKind, ComponentFormat, Filter, FovAxis, Geometry, IntegratorKind, LightKind, SceneDescription,
+    BsdfKind, ComponentFormat, FieldOfView, Filter, FovAxis, Geometry, IntegratorKind, LightKind, Projection,
+    SceneDescription,
 };
 use snell::error::Result;
 use snell::loader::{LoadOptions, load};
@@ -170,8 +171,9 @@ fn defaults_are_mitsuba_s() {
     assert_eq!((camera.sampler.sample_count, camera.sampler.seed), (4, 0));
     assert_eq!((camera.near_clip, camera.far_clip), (0.01, 1e4));
     // Mitsuba prints x_fov = 38.1848 for this film: 4/5 of the tangent of the diagonal.
-    assert_eq!(camera.fov_axis, FovAxis::Diagonal);
-    let x_fov = 2.0 * (0.8 * (camera.fov.to_radians() / 2.0).tan()).atan().to_degrees();
+    let Projection::Perspective { fov, .. } = camera.projection else { panic!("{:?}", camera.projection) };
+    assert_eq!(fov.axis, FovAxis::Diagonal);
+    let x_fov = 2.0 * (0.8 * (fov.degrees.to_radians() / 2.0).tan()).atan().to_degrees();
     assert!((x_fov - 38.1848).abs() < 1e-4);
     let reflectance = |i: usize| match s.bsdfs[s.shapes[i].bsdf.0].kind {
         BsdfKind::Diffuse { reflectance } => reflectance,
@@ -366,7 +368,8 @@ fn names_of_mitsuba_0_6_are_understood() {
     std::fs::write(&path, text).unwrap();
     let s = load(&path, &LoadOptions::default()).unwrap();
     assert_eq!(s.integrator.max_depth, Some(3));
-    assert_eq!((s.cameras[0].fov, s.cameras[0].fov_axis), (40.0, FovAxis::Smaller));
+    let fov = FieldOfView { degrees: 40.0, axis: FovAxis::Smaller };
+    assert_eq!(s.cameras[0].projection, Projection::Perspective { fov, principal_point_offset: (0.0, 0.0) });
     std::fs::write(&path, text.replace("0.6.0", "3.0.0")).unwrap();
     assert!(load(&path, &LoadOptions::default()).is_err(), "but only in files that say so");
 }

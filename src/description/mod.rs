@@ -18,7 +18,7 @@ pub struct SceneDescription {
     pub cameras: Vec<Camera>,
     /// Every bsdf that a shape uses, directly or through another bsdf.
     pub bsdfs: Vec<Bsdf>,
-    /// Every shape.
+    /// Every shape that stands by itself.
     pub shapes: Vec<Shape>,
     /// Lights that are not attached to a shape.
     pub lights: Vec<Light>,
@@ -59,25 +59,21 @@ impl Default for Integrator {
     }
 }
 
-/// A perspective camera with its film and sampler.
+/// A camera with its film and sampler.
 ///
 /// Camera space is Mitsuba's: the camera looks along +z, +y is up, and +x points to the *left* of the picture.
 #[derive(Clone, Debug)]
 pub struct Camera {
     /// Where in the file.
     pub at: Span,
-    /// Camera space to the file's world space; no scale.
+    /// Camera space to the file's world space; no scale, unless it is orthographic.
     pub to_world: DAffine3,
-    /// Field of view in degrees along `fov_axis`, in (0, 180).
-    pub fov: f64,
-    /// What `fov` measures.
-    pub fov_axis: FovAxis,
-    /// Nearest visible distance along the viewing axis, positive.
+    /// How it sees.
+    pub projection: Projection,
+    /// Nearest visible distance along the viewing axis (of a panorama: in any direction), positive.
     pub near_clip: f64,
-    /// Farthest visible distance along the viewing axis, larger than `near_clip`.
+    /// Farthest visible distance, larger than `near_clip`.
     pub far_clip: f64,
-    /// Position of the principal point relative to the middle of the film, as a fraction of its width and height.
-    pub principal_point_offset: (f64, f64),
     /// The film.
     pub film: Film,
     /// The sampler's count and seed.
@@ -88,6 +84,41 @@ pub struct Camera {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FovAxis {
     /// Width.
+/// How a camera sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Through a pinhole.
+    Perspective {
+        /// The field of view.
+        fov: FieldOfView,
+        /// Position of the principal point relative to the middle of the film, as a fraction of its width and height.
+        principal_point_offset: (f64, f64),
+    },
+    /// Through a thin lens.
+    ThinLens {
+        /// The field of view.
+        fov: FieldOfView,
+        /// Radius of the aperture, not negative.
+        aperture_radius: f64,
+        /// Distance of what is sharp along the viewing axis, positive.
+        focus_distance: f64,
+    },
+    /// In parallel, along +z, from where the film is: [−1, 1] across in the plane z = 0 of camera space, and as far down as
+    /// its pixels are square.
+    Orthographic,
+    /// In all directions, equirectangular; the middle of the picture is +z.
+    Panorama,
+}
+
+/// A field of view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldOfView {
+    /// In degrees along `axis`, in (0, 180).
+    pub degrees: f64,
+    /// What it measures.
+    pub axis: FovAxis,
+}
+
     X,
     /// Height.
     Y,

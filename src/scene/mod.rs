@@ -17,7 +17,7 @@ pub use surface::Surface;
 
 use crate::accel::{Accel, Hit};
 use crate::bsdf::Material;
-use crate::camera::Perspective;
+use crate::camera::Camera;
 use crate::image::{ComponentFormat, Crop, Filter};
 use crate::light::{Light, UniformLightSampler};
 use crate::math::frame::Frame;
@@ -58,7 +58,7 @@ pub struct Appearance {
 /// A compiled scene.
 pub struct Scene {
     /// The camera.
-    pub camera: Perspective,
+    pub camera: Camera,
     /// The picture it takes.
     pub film: FilmSettings,
     /// Every shape.

@@ -57,14 +57,16 @@ pub fn camera(origin: DVec3, target: DVec3, fov: f64, pixels: u32) -> Camera {
     Camera {
         at: at(),
         to_world: DAffine3::from_mat3_translation(matrix, origin),
-        fov,
-        fov_axis: FovAxis::X,
+        projection: perspective(fov, FovAxis::X),
         near_clip: 1e-3,
         far_clip: 1e4,
-        principal_point_offset: (0.0, 0.0),
         film,
         sampler: Sampler { sample_count: 16, seed: 0 },
     }
+}
+
+pub fn perspective(degrees: f64, axis: FovAxis) -> Projection {
+    Projection::Perspective { fov: FieldOfView { degrees, axis }, principal_point_offset: (0.0, 0.0) }
 }
 
 pub fn shape(geometry: Geometry, to_world: DAffine3, bsdf: usize, emission: Option<f32>) -> Shape {
@@ -157,6 +159,18 @@ pub fn compiled(scene: &SceneDescription, accelerator: Accelerator) -> Scene {
     compile(scene, &CompileOptions { accelerator, threads: 2, camera: 0 }).expect("the scene compiles").scene
 }
 
+        match &mut c.projection {
+            Projection::ThinLens { aperture_radius, focus_distance, .. } => {
+                *aperture_radius *= scale;
+                *focus_distance *= scale;
+            }
+            Projection::Orthographic => {
+                // The clip planes move with the axis that the camera looks along.
+                c.to_world.matrix3.x_axis *= scale;
+                c.to_world.matrix3.y_axis *= scale;
+            }
+            Projection::Perspective { .. } | Projection::Panorama => {}
+        }
 /// What to render, with the defaults of a file.
 pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
     RenderSettings {

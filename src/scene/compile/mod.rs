@@ -1,5 +1,6 @@
 //! From the scene description to the compiled scene: the only place that knows both.
 
+mod camera;
 mod geometry;
 mod look;
 mod tangents;
@@ -7,12 +8,10 @@ mod tangents;
 use super::space::ToScene;
 use super::{Features, FilmSettings, Scene};
 use crate::accel::{Accel, Accelerator};
-use crate::camera::{Perspective, Pinhole};
-use crate::description::{Camera, FovAxis, SceneDescription};
+use crate::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::light::{Light, UniformLightSampler};
 use crate::shape::Shape;
-use glam::{DVec2, DVec3};
 use look::Place;
 use std::time::{Duration, Instant};
 
@@ -81,7 +80,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         component_format: camera.film.component_format,
     };
     let scene = Scene {
-        camera: compile_camera(camera, &to_scene)?,
+        camera: camera::compile(camera, &to_scene)?,
         film,
         shapes,
         appearances: look.appearances,
@@ -96,42 +95,4 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         centre: to_scene.centre,
     };
     Ok(Compiled { scene, light_names: look.light_names, warnings, accel_build })
-}
-
-fn compile_camera(camera: &Camera, to_scene: &ToScene) -> Result<Perspective> {
-    let axis = |v: DVec3| {
-        let a = (camera.to_world.matrix3 * v).normalize();
-        let fail = || Error::scene(&camera.at, "the camera's to_world gives it no direction");
-        if a.is_finite() { Ok(a) } else { Err(fail()) }
-    };
-    let (width, height) = (f64::from(camera.film.width), f64::from(camera.film.height));
-    let (x, y) = camera.principal_point_offset;
-    let origin = to_scene.point(camera.to_world.translation);
-    let clip = (camera.near_clip * to_scene.unit, camera.far_clip * to_scene.unit);
-    if !origin.as_vec3().is_finite() || !(clip.0 as f32).is_finite() {
-        return Err(Error::scene(&camera.at, "the camera is too far away for the size of the scene"));
-    }
-    Ok(Perspective::new(&Pinhole {
-        origin,
-        left: axis(DVec3::X)?,
-        up: axis(DVec3::Y)?,
-        forward: axis(DVec3::Z)?,
-        film: DVec2::new(width, height),
-        half_width: half_width(camera, width / height),
-        principal_point: DVec2::new(x, y),
-        clip,
-    }))
-}
-
-/// Tangent of half the horizontal field of view, for a film of this width over height.
-fn half_width(camera: &Camera, aspect: f64) -> f64 {
-    let tan = libm::tan(0.5 * camera.fov.to_radians());
-    let along_x = match camera.fov_axis {
-        FovAxis::X => true,
-        FovAxis::Y => false,
-        FovAxis::Smaller => aspect <= 1.0,
-        FovAxis::Larger => aspect >= 1.0,
-        FovAxis::Diagonal => return tan / (1.0 + 1.0 / (aspect * aspect)).sqrt(),
-    };
-    if along_x { tan } else { tan * aspect }
 }
