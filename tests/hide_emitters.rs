@@ -26,6 +26,8 @@ fn scene() -> SceneDescription {
         integrator: Integrator::default(),
         cameras: vec![camera(DVec3::Z * WALL, DVec3::ZERO, 50.0, 32)],
         bsdfs: vec![diffuse(0.5)],
+        groups: vec![],
+        instances: vec![],
         shapes: vec![
             shape(Geometry::Rectangle, DAffine3::from_scale(DVec3::new(2.5, 2.0, 1.0)), 0, None),
             shape(geometry, DAffine3::IDENTITY, 0, Some(4.0)),

@@ -20,6 +20,10 @@ pub struct SceneDescription {
     pub bsdfs: Vec<Bsdf>,
     /// Every shape that stands by itself.
     pub shapes: Vec<Shape>,
+    /// Shapes that are placed together, wherever an instance says.
+    pub groups: Vec<Group>,
+    /// Where groups are placed.
+    pub instances: Vec<Instance>,
     /// Lights that are not attached to a shape.
     pub lights: Vec<Light>,
     /// Complaints that were not fatal, each with its place: what `--lenient` let pass, what was never read.
@@ -80,10 +84,6 @@ pub struct Camera {
     pub sampler: Sampler,
 }
 
-/// What a field of view is measured along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FovAxis {
-    /// Width.
 /// How a camera sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
@@ -119,6 +119,10 @@ pub struct FieldOfView {
     pub axis: FovAxis,
 }
 
+/// What a field of view is measured along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FovAxis {
+    /// Width.
     X,
     /// Height.
     Y,
@@ -201,6 +205,30 @@ pub struct Shape {
     pub bsdf: BsdfId,
     /// Radiance that it emits from its front side, in W·sr⁻¹·m⁻², if it is an area light.
     pub emission: Option<Rgb>,
+}
+
+/// Shapes that are placed together. None emits.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// The shapes; their world is the group.
+    pub shapes: Vec<Shape>,
+}
+
+/// Index into [`SceneDescription::groups`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct GroupId(pub usize);
+
+/// A group in a place.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Where in the file.
+    pub at: Span,
+    /// What the file calls it: its id, or its plugin.
+    pub name: String,
+    /// What is placed.
+    pub group: GroupId,
+    /// From the group to the file's world space; invertible.
+    pub to_world: DAffine3,
 }
 
 /// The points of a shape, in object space.

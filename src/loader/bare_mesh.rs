@@ -64,6 +64,8 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         cameras: Vec::new(),
         bsdfs: Vec::new(),
         shapes: Vec::new(),
+        groups: Vec::new(),
+        instances: Vec::new(),
         lights: Vec::new(),
         warnings: Vec::new(),
     };

@@ -6,7 +6,9 @@ use super::params::Params;
 use super::plugins;
 use super::source::Loc;
 use super::xml::MAX_NESTING;
-use crate::description::{Bsdf, BsdfId, BsdfKind, Integrator, Light, LightKind, SceneDescription, Shape};
+use crate::description::{
+    Bsdf, BsdfId, BsdfKind, Group, GroupId, Instance, Integrator, Light, LightKind, SceneDescription, Shape,
+};
 use crate::error::Result;
 use crate::spectrum::Rgb;
 use std::collections::{HashMap, HashSet};
@@ -26,6 +28,8 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         depth: 0,
         attached: HashSet::new(),
         meshes: HashMap::new(),
+        groups: Vec::new(),
+        group_ids: HashMap::new(),
     };
     let root = Params::new(document, 0);
     let integrator = match root.child(Category::Integrator)? {
@@ -36,9 +40,14 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
     for (id, _) in b.distinct(&root, Category::Sensor)? {
         cameras.push(plugins::sensor::sensor(&mut b, id)?);
     }
-    let mut shapes: Vec<Shape> = Vec::new();
+    let (mut shapes, mut instances): (Vec<Shape>, Vec<Instance>) = Default::default();
     for (id, _) in b.distinct(&root, Category::Shape)? {
-        shapes.push(plugins::shape::shape(&mut b, id)?);
+        match document.objects[id].plugin.as_str() {
+            "instance" => instances.push(plugins::group::instance(&mut b, id)?),
+            // It is there to be referred to.
+            "shapegroup" => {}
+            _ => shapes.push(plugins::shape::shape(&mut b, id)?),
+        }
     }
     let lights = b.lights(&root)?;
     b.check_unused(&root)?;
@@ -47,8 +56,8 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         return Err(document.sources.error(root.object.at, message));
     }
     root.finish(&mut b)?;
-    let Builder { bsdfs, warnings, .. } = b;
-    Ok(SceneDescription { integrator, cameras, bsdfs, shapes, lights, warnings })
+    let Builder { bsdfs, groups, warnings, .. } = b;
+    Ok(SceneDescription { integrator, cameras, bsdfs, shapes, groups, instances, lights, warnings })
 }
 
 /// What plugins share while a scene is built.
@@ -64,6 +73,8 @@ pub(crate) struct Builder<'d> {
     /// Emitters that belong to a shape.
     attached: HashSet<ObjectId>,
     pub(crate) meshes: HashMap<plugins::shape::MeshKey, plugins::shape::LoadedMesh>,
+    groups: Vec<Group>,
+    group_ids: HashMap<ObjectId, GroupId>,
 }
 
 impl<'d> Builder<'d> {
@@ -120,6 +131,18 @@ impl<'d> Builder<'d> {
     /// Whether a shape with this bsdf needs texture coordinates to know its tangents.
     pub(crate) fn is_anisotropic(&self, id: BsdfId) -> bool {
         self.bsdf_kind(id).is_anisotropic(&self.bsdfs)
+    }
+
+    /// The group that an object makes, made when it is first asked for.
+    pub(crate) fn group(&mut self, id: ObjectId) -> Result<GroupId> {
+        if let Some(group) = self.group_ids.get(&id) {
+            return Ok(*group);
+        }
+        let made = plugins::group::group(self, id)?;
+        self.groups.push(made);
+        let group = GroupId(self.groups.len() - 1);
+        self.group_ids.insert(id, group);
+        Ok(group)
     }
 
     /// What a shape without a bsdf has: grey, or black if it is a light.

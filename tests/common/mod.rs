@@ -130,6 +130,8 @@ pub fn enclosure(albedo: f32, emission: f32) -> SceneDescription {
         cameras: vec![camera(DVec3::new(0.3, -0.2, 0.5), DVec3::new(-1.0, 0.4, -0.7), 90.0, 24)],
         bsdfs: vec![diffuse(albedo)],
         shapes: walls(DVec3::new(1.0, 0.7, 1.3), emission),
+        groups: vec![],
+        instances: vec![],
         lights: vec![],
         warnings: vec![],
     }
@@ -141,6 +143,12 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
     for s in &mut scene.shapes {
         s.to_world = map * s.to_world;
     }
+    for s in scene.groups.iter_mut().flat_map(|g| &mut g.shapes) {
+        s.to_world = DAffine3::from_scale(DVec3::splat(scale)) * s.to_world;
+    }
+    for i in &mut scene.instances {
+        i.to_world.translation = i.to_world.translation * scale + offset;
+    }
     for l in &mut scene.lights {
         if let LightKind::Point { position, intensity } = &mut l.kind {
             *position = *position * scale + offset;
@@ -151,14 +159,6 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
         c.to_world.translation = c.to_world.translation * scale + offset;
         c.near_clip *= scale;
         c.far_clip *= scale;
-    }
-    scene
-}
-
-pub fn compiled(scene: &SceneDescription, accelerator: Accelerator) -> Scene {
-    compile(scene, &CompileOptions { accelerator, threads: 2, camera: 0 }).expect("the scene compiles").scene
-}
-
         match &mut c.projection {
             Projection::ThinLens { aperture_radius, focus_distance, .. } => {
                 *aperture_radius *= scale;
@@ -171,6 +171,14 @@ pub fn compiled(scene: &SceneDescription, accelerator: Accelerator) -> Scene {
             }
             Projection::Perspective { .. } | Projection::Panorama => {}
         }
+    }
+    scene
+}
+
+pub fn compiled(scene: &SceneDescription, accelerator: Accelerator) -> Scene {
+    compile(scene, &CompileOptions { accelerator, threads: 2, camera: 0 }).expect("the scene compiles").scene
+}
+
 /// What to render, with the defaults of a file.
 pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
     RenderSettings {

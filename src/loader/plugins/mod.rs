@@ -4,6 +4,7 @@ pub(crate) mod bsdf;
 pub(crate) mod colour;
 pub(crate) mod emitter;
 pub(crate) mod film;
+pub(crate) mod group;
 pub(crate) mod integrator;
 pub(crate) mod sensor;
 pub(crate) mod shape;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 type ShapeFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Made>;
 
-/// The supported shape plugins.
+/// The supported shape plugins, beside `shapegroup` and `instance` ([`super::group`]).
 const SHAPES: &[(&str, ShapeFn)] = &[
     ("cube", cube),
     ("cylinder", cylinder),
@@ -86,7 +86,7 @@ pub(crate) fn shape(b: &mut Builder<'_>, id: ObjectId) -> Result<Shape> {
     Ok(shape)
 }
 
-fn to_world(p: &Params<'_>) -> Result<DAffine3> {
+pub(super) fn to_world(p: &Params<'_>) -> Result<DAffine3> {
     let m = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
     let determinant = m.matrix3.determinant();
     if determinant == 0.0 || !determinant.is_finite() || !m.inverse().is_finite() {

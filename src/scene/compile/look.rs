@@ -1,5 +1,6 @@
 //! Materials and lights.
 
+use super::geometry::Compiled;
 use super::tangents;
 use crate::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, Distribution, Material, Microfacets, RoughConductor, RoughDielectric,
@@ -36,17 +37,15 @@ pub(super) struct Look {
     indices: HashMap<BsdfId, u32>,
 }
 
-/// Compiles what the kept shapes look like (`kept[i]` is the description of `shapes[i]`), and every light.
+/// Compiles what the kept shapes look like, and every light.
 pub(super) fn compile(
     description: &SceneDescription,
-    shapes: &[Shape],
-    kept: &[usize],
+    Compiled { shapes, kept }: &Compiled<'_>,
     place: &Place,
     warnings: &mut Vec<String>,
 ) -> Result<Look> {
-    let mut look = Look::default();
+    let (mut look, mut fields) = (Look::default(), tangents::Fields::default());
     for (index, (shape, &described)) in (0u32..).zip(shapes.iter().zip(kept)) {
-        let described = &description.shapes[described];
         let material = look.material(description, described.bsdf)?;
         let light = match described.emission {
             Some(radiance) if !radiance.is_black() => {
@@ -61,7 +60,7 @@ pub(super) fn compile(
             _ => None,
         };
         let needs_tangents = description.bsdfs[described.bsdf.0].kind.is_anisotropic(&description.bsdfs);
-        let tangents = needs_tangents.then(|| look.add_tangents(tangents::field(described, shape)));
+        let tangents = needs_tangents.then(|| fields.of(described, shape)).map(|field| look.add_tangents(field));
         let is_emitter = described.emission.is_some();
         look.appearances.push(Appearance { material, light, is_emitter, tangents });
     }

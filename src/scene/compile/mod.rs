@@ -2,6 +2,7 @@
 
 mod camera;
 mod geometry;
+mod instances;
 mod look;
 mod tangents;
 
@@ -12,7 +13,9 @@ use crate::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::light::{Light, UniformLightSampler};
 use crate::shape::Shape;
-use look::Place;
+use look::{Look, Place};
+use std::collections::HashSet;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How to compile.
@@ -51,27 +54,15 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let mut warnings = Vec::new();
     let bounds = geometry::bounds(description);
     let to_scene = ToScene::fitting(&bounds);
-    let (shapes, kept) = geometry::shapes(description, &to_scene, &mut warnings)?;
-    let look = look::compile(description, &shapes, &kept, &Place { bounds, to_scene }, &mut warnings)?;
+    let compiled = geometry::shapes(description, &to_scene, &mut warnings)?;
+    let look = look::compile(description, &compiled, &Place { bounds, to_scene }, &mut warnings)?;
+    let shapes = compiled.shapes;
     let start = Instant::now();
     let accel = Accel::build(options.accelerator, &shapes, options.threads)?;
     let accel_build = start.elapsed();
-    let lobes = look.materials.iter().map(crate::bsdf::Material::lobes);
+    let features = features(&shapes, description.instances.len(), &look);
     let infinite_lights: Vec<u32> =
         (0u32..).zip(&look.lights).filter(|(_, l)| matches!(l, Light::Constant(_))).map(|(i, _)| i).collect();
-    let quadrics = shapes.iter().filter(|s| !matches!(s, Shape::Mesh(_))).count() as u64;
-    let count = |kind: fn(&Light) -> bool| look.lights.iter().filter(|l| kind(l)).count() as u64;
-    let features = Features {
-        triangles: shapes.iter().map(|s| s.primitive_count() as u64).sum::<u64>() - quadrics,
-        quadrics,
-        vertex_normals: shapes.iter().any(|s| matches!(s, Shape::Mesh(m) if !m.normals.is_empty())),
-        delta_lobes: lobes.clone().any(|l| l.delta),
-        transmission: lobes.clone().any(|l| l.transmits),
-        anisotropy: lobes.clone().any(|l| l.anisotropic),
-        area_lights: count(|l| matches!(l, Light::Area(_))),
-        infinite_lights: infinite_lights.len() as u64,
-        point_lights: count(|l| matches!(l, Light::Point(_))),
-    };
     let film = FilmSettings {
         size: (camera.film.width, camera.film.height),
         crop: camera.film.crop,
@@ -95,4 +86,32 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         centre: to_scene.centre,
     };
     Ok(Compiled { scene, light_names: look.light_names, warnings, accel_build })
+}
+
+/// What the scene has; of a group once, however often it is placed.
+fn features(shapes: &[Shape], instances: usize, look: &Look) -> Features {
+    let mut groups = HashSet::new();
+    let stored: Vec<&Shape> = shapes
+        .iter()
+        .flat_map(|shape| match shape {
+            Shape::Placed(placed) if groups.insert(Arc::as_ptr(&placed.group)) => &placed.group.shapes[..],
+            Shape::Placed(_) => &[],
+            own => std::slice::from_ref(own),
+        })
+        .collect();
+    let quadrics = stored.iter().filter(|s| !matches!(s, Shape::Mesh(_))).count() as u64;
+    let lobes = look.materials.iter().map(crate::bsdf::Material::lobes);
+    let count = |kind: fn(&Light) -> bool| look.lights.iter().filter(|l| kind(l)).count() as u64;
+    Features {
+        triangles: stored.iter().map(|s| s.primitive_count() as u64).sum::<u64>() - quadrics,
+        quadrics,
+        instances: instances as u64,
+        vertex_normals: stored.iter().any(|s| matches!(s, Shape::Mesh(m) if !m.normals.is_empty())),
+        delta_lobes: lobes.clone().any(|l| l.delta),
+        transmission: lobes.clone().any(|l| l.transmits),
+        anisotropy: lobes.clone().any(|l| l.anisotropic),
+        area_lights: count(|l| matches!(l, Light::Area(_))),
+        infinite_lights: count(|l| matches!(l, Light::Constant(_))),
+        point_lights: count(|l| matches!(l, Light::Point(_))),
+    }
 }
