@@ -28,6 +28,8 @@ fn scene() -> SceneDescription {
         bsdfs: vec![diffuse(0.5)],
         textures: vec![],
         wants_uvs: false,
+        groups: vec![],
+        instances: vec![],
         shapes: vec![
             shape(Geometry::Rectangle, DAffine3::from_scale(DVec3::new(2.5, 2.0, 1.0)), 0, None),
             shape(geometry, DAffine3::IDENTITY, 0, Some(4.0)),

@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests, and skipping is to be seen")]
 
 use snell::description::{
-    BsdfKind, ComponentFormat, Filter, FovAxis, Geometry, IntegratorKind, LightKind, SceneDescription,
+    BsdfKind, ComponentFormat, FieldOfView, Filter, FovAxis, Geometry, IntegratorKind, LightKind, Projection,
+    SceneDescription,
 };
 use snell::error::Result;
 use snell::loader::{LoadOptions, load};
@@ -170,8 +171,9 @@ fn defaults_are_mitsuba_s() {
     assert_eq!((camera.sampler.sample_count, camera.sampler.seed), (4, 0));
     assert_eq!((camera.near_clip, camera.far_clip), (0.01, 1e4));
     // Mitsuba prints x_fov = 38.1848 for this film: 4/5 of the tangent of the diagonal.
-    assert_eq!(camera.fov_axis, FovAxis::Diagonal);
-    let x_fov = 2.0 * (0.8 * (camera.fov.to_radians() / 2.0).tan()).atan().to_degrees();
+    let Projection::Perspective { fov, .. } = camera.projection else { panic!("{:?}", camera.projection) };
+    assert_eq!(fov.axis, FovAxis::Diagonal);
+    let x_fov = 2.0 * (0.8 * (fov.degrees.to_radians() / 2.0).tan()).atan().to_degrees();
     assert!((x_fov - 38.1848).abs() < 1e-4);
     let reflectance = |i: usize| match s.bsdfs[s.shapes[i].bsdf.0].kind {
         BsdfKind::Diffuse { reflectance } => reflectance,
@@ -501,7 +503,8 @@ fn names_of_mitsuba_0_6_are_understood() {
     std::fs::write(&path, text).unwrap();
     let s = load(&path, &LoadOptions::default()).unwrap();
     assert_eq!(s.integrator.max_depth, Some(3));
-    assert_eq!((s.cameras[0].fov, s.cameras[0].fov_axis), (40.0, FovAxis::Smaller));
+    let fov = FieldOfView { degrees: 40.0, axis: FovAxis::Smaller };
+    assert_eq!(s.cameras[0].projection, Projection::Perspective { fov, principal_point_offset: (0.0, 0.0) });
     std::fs::write(&path, text.replace("0.6.0", "3.0.0")).unwrap();
     assert!(load(&path, &LoadOptions::default()).is_err(), "but only in files that say so");
 }
@@ -621,4 +624,89 @@ fn the_dragon_is_read() {
     println!("dragon: {:?}", start.elapsed());
     let Geometry::Mesh(mesh) = &s.shapes[0].geometry else { panic!() };
     assert_eq!((mesh.positions.len(), mesh.faces.len()), (437_645, 871_414));
+}
+
+/// A file of two serialized meshes, as Mitsuba's format has them, each a triangle at its own height.
+fn serialized_triangles() -> Vec<u8> {
+    use std::io::Write;
+    let (mut bytes, mut table) = (Vec::new(), Vec::new());
+    for height in [1.0_f64, 2.0] {
+        table.extend((bytes.len() as u64).to_le_bytes());
+        bytes.extend([0x1C, 0x04, 4, 0]);
+        let mut content =
+            [&0x2000_u32.to_le_bytes()[..], b"name\0", &3_u64.to_le_bytes(), &1_u64.to_le_bytes()].concat();
+        for p in [[0.0, 0.0, height], [1.0, 0.0, height], [0.0, 1.0, height]] {
+            p.iter().for_each(|c: &f64| content.extend(c.to_le_bytes()));
+        }
+        [0_u32, 1, 2].iter().for_each(|i| content.extend(i.to_le_bytes()));
+        let mut encoder = flate2::write::ZlibEncoder::new(bytes, flate2::Compression::default());
+        encoder.write_all(&content).unwrap();
+        bytes = encoder.finish().unwrap();
+    }
+    bytes.extend(table);
+    bytes.extend(2_u32.to_le_bytes());
+    bytes
+}
+
+#[test]
+fn serialized_meshes_are_read_by_their_index() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("two.serialized");
+    std::fs::write(&mesh, serialized_triangles()).unwrap();
+    let shape = |inside: &str| {
+        let file = mesh.display();
+        let text = format!(r#"<shape type="serialized"><string name="filename" value="{file}"/>{inside}</shape>"#);
+        load_text(&text, &LoadOptions::default())
+    };
+    let index = |i: i32| format!(r#"<integer name="shape_index" value="{i}"/>"#);
+    for (inside, height, name) in [(String::new(), 1.0, "@0"), (index(0), 1.0, "@0"), (index(1), 2.0, "@1")] {
+        let s = shape(&inside).unwrap();
+        let Geometry::Mesh(mesh) = &s.shapes[0].geometry else { panic!("a mesh") };
+        assert_eq!(mesh.positions[1], glam::DVec3::new(1.0, 0.0, height));
+        // Computed, as the file has none.
+        assert_eq!(mesh.normals, [glam::DVec3::Z; 3]);
+        assert_eq!(s.shapes[0].name, format!("two.serialized{name}"));
+    }
+    let faces = shape(r#"<boolean name="face_normals" value="true"/>"#).unwrap();
+    assert!(matches!(&faces.shapes[0].geometry, Geometry::Mesh(mesh) if mesh.normals.is_empty()));
+    let message = shape(&index(2)).unwrap_err().to_string();
+    assert!(message.contains("two.serialized: there is no mesh 2: the file says that it has 2"), "{message}");
+    assert!(shape(&index(-1)).unwrap_err().to_string().contains("'shape_index' must be between 0"));
+    assert!(shape(r#"<boolean name="flip_tex_coords" value="true"/>"#).is_err(), "Mitsuba has no such parameter");
+}
+
+#[test]
+fn cameras_have_mitsuba_s_defaults() {
+    let text = r#"<scene version="3.0.0"><sensor type="thinlens"><float name="aperture_radius" value="0.5"/></sensor>
+        <sensor type="orthographic"><transform name="to_world"><scale x="3" y="2"/></transform></sensor>
+        <sensor type="panorama"/></scene>"#;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cameras.xml");
+    std::fs::write(&path, text).unwrap();
+    let s = load(&path, &LoadOptions::default()).unwrap();
+    let Projection::ThinLens { fov, aperture_radius, focus_distance } = s.cameras[0].projection else {
+        panic!("{:?}", s.cameras[0])
+    };
+    assert_eq!((fov.axis, aperture_radius, focus_distance), (FovAxis::Diagonal, 0.5, 1e4));
+    assert_eq!((s.cameras[1].projection, s.cameras[2].projection), (Projection::Orthographic, Projection::Panorama));
+    assert_eq!(s.cameras[1].to_world.matrix3.x_axis.x, 3.0);
+}
+
+#[test]
+fn instances_refer_to_one_group() {
+    let s = scene(
+        r#"<shape type="shapegroup" id="g"><shape type="sphere"/><shape type="cube"/>
+            <transform name="to_world"><scale value="2"/></transform></shape>
+        <shape type="shapegroup" id="unused"><shape type="sphere"/></shape>
+        <shape type="instance"><ref id="g"/></shape>
+        <shape type="instance" id="moved"><ref id="g"/>
+            <transform name="to_world"><translate x="5"/></transform></shape>"#,
+    );
+    assert!(s.shapes.is_empty());
+    assert_eq!(s.groups.len(), 1, "only what is placed");
+    assert_eq!(s.groups[0].shapes.len(), 2);
+    assert_eq!((s.instances[0].group, s.instances[1].group), (s.instances[1].group, s.instances[0].group));
+    assert_eq!((s.instances[0].name.as_str(), s.instances[1].name.as_str()), ("instance", "moved"));
+    assert_eq!(s.instances[1].to_world.translation.x, 5.0);
+    assert!(s.warnings[0].contains("the to_world of a shapegroup does nothing"), "{:?}", s.warnings);
 }

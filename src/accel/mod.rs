@@ -2,8 +2,8 @@
 //!
 //! Both say only *which* primitive it is. Where the ray meets it, [`crate::shape`] computes, once and in f64, so that the
 //! picture does not depend on who found the hit; and only hits whose distance by that computation lies in the ray's
-//! open interval are hits, so that no ray meets the surface it starts on. Quadrics are always our own business: Embree
-//! gets the triangles.
+//! open interval are hits, so that no ray meets the surface it starts on. Quadrics and placed groups are always our own
+//! business: Embree gets the triangles.
 //!
 //! [`oracle`] answers by brute force, for tests and to settle disputes; [`Accelerator::Both`] traces every ray with both
 //! and counts where they differ.
@@ -23,6 +23,7 @@ use crate::math::ray::Ray;
 use crate::shape::Shape;
 use comparison::ComparisonCounts;
 use native::Native;
+use std::collections::HashSet;
 
 /// What the user asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -84,7 +85,7 @@ impl Accel {
     /// Keeps copies of what it needs. Fails where Embree is asked for and not compiled in, cannot be started, is of
     /// another version than snell was compiled with, or runs out of memory; and with more than 2³¹ primitives.
     pub fn build(which: Accelerator, shapes: &[Shape], threads: usize) -> Result<Self> {
-        let primitives: usize = shapes.iter().map(Shape::primitive_count).sum();
+        let primitives = stored_primitives(shapes);
         if primitives > Self::MAX_PRIMITIVES {
             return Err(Error::Accelerator(format!(
                 "{primitives} primitives are more than the accelerators can number"
@@ -199,4 +200,17 @@ impl Accel {
             Kind::Native(_) => None,
         }
     }
+}
+
+/// How many primitives hierarchies are built over: those of a group once, and each of its placements counts as one.
+fn stored_primitives(shapes: &[Shape]) -> usize {
+    let mut groups = HashSet::new();
+    let of_shape = |shape: &Shape| match shape {
+        Shape::Placed(placed) if groups.insert(std::sync::Arc::as_ptr(&placed.group)) => {
+            placed.group.shapes.iter().map(Shape::primitive_count).sum()
+        }
+        Shape::Placed(_) => 1,
+        other => other.primitive_count(),
+    };
+    shapes.iter().map(of_shape).sum()
 }

@@ -9,7 +9,7 @@
 
 use super::Hit;
 use crate::math::float::{UNIT_ROUNDOFF, UNIT_ROUNDOFF_F64};
-use crate::math::ray::Ray;
+use crate::math::ray::{Line, Ray};
 use crate::shape::Shape;
 use crate::shape::triangle::{self, SHEAR_ROUNDINGS};
 use glam::{DVec3, Vec3};
@@ -85,19 +85,25 @@ fn ids(shapes: &[Shape]) -> impl Iterator<Item = Hit> + '_ {
 /// Distance at which the ray's line crosses a primitive; of several the one that counts.
 fn crosses(shapes: &[Shape], hit: Hit, ray: &Ray) -> Option<f64> {
     match &shapes[hit.shape as usize] {
-        Shape::Mesh(mesh) => {
-            let volumes = Volumes::new(ray, mesh.triangle(hit.primitive));
-            volumes.same_sign(0.0).then_some(volumes.t)
-        }
+        Shape::Mesh(mesh) => cross_triangle(ray, mesh.triangle(hit.primitive)),
+        Shape::Placed(placed) => match placed.shape() {
+            Shape::Mesh(mesh) => cross_triangle(&placed.placement.ray_to_group(ray), mesh.triangle(hit.primitive)),
+            _ => shapes[hit.shape as usize].intersect(0, ray).map(|_| placed.resolve_distance(0, ray)),
+        },
         quadric => quadric.intersect(0, ray).map(|_| quadric.resolve_distance(0, ray)),
     }
+}
+
+fn cross_triangle(ray: &impl Line, v: [Vec3; 3]) -> Option<f64> {
+    let volumes = Volumes::new(ray, v);
+    volumes.same_sign(0.0).then_some(volumes.t)
 }
 
 /// How `ray` and the primitive `hit` stand to each other.
 pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
     let contact = match &shapes[hit.shape as usize] {
         Shape::Mesh(mesh) => triangle_contact(ray, mesh.triangle(hit.primitive)),
-        quadric => quadric_contact(ray, quadric),
+        other => exact_contact(ray, other, hit.primitive),
     };
     match contact.distance() {
         // An end of the interval within rounding of the distance is as undecided as a rim.
@@ -127,13 +133,13 @@ fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     }
 }
 
-/// The accelerators decide about quadrics by the same code as the oracle, in f64.
-fn quadric_contact(ray: &Ray, quadric: &Shape) -> Contact {
-    let t = quadric.resolve_distance(0, ray);
+/// The accelerators decide about what is no mesh of the scene by the same code, in f64.
+fn exact_contact(ray: &Ray, shape: &Shape, primitive: u32) -> Contact {
+    let t = shape.resolve_distance(primitive, ray);
     let p = ray.o.as_dvec3() + t * ray.d.as_dvec3();
-    // A root satisfies the equation to the rounding of f64; a line that passes the quadric by does not.
-    let gap = (p - quadric.meet(ray, 0).point.p).length();
-    let bounds = quadric.primitive_bounds(0);
+    // A root satisfies the equation to the rounding of f64; a line that passes by does not.
+    let gap = (p - shape.meet(ray, primitive).point.p).length();
+    let bounds = shape.primitive_bounds(primitive);
     let reach = bounds.min.abs().max(bounds.max.abs()).max_element() + ray.o.abs().max_element();
     let allowed = f64::from(UNIT_ROUNDOFF) * f64::from(reach);
     if gap <= allowed { Contact::Inside(t, f64::from(UNIT_ROUNDOFF) * t.abs()) } else { Contact::Miss }
@@ -151,9 +157,9 @@ struct Volumes {
 }
 
 impl Volumes {
-    fn new(ray: &Ray, v: [Vec3; 3]) -> Self {
-        let d = ray.d.as_dvec3();
-        let [a, b, c] = v.map(|v| v.as_dvec3() - ray.o.as_dvec3());
+    fn new(ray: &impl Line, v: [Vec3; 3]) -> Self {
+        let d = ray.direction();
+        let [a, b, c] = v.map(|v| v.as_dvec3() - ray.origin());
         let e = [d.dot(b.cross(c)), d.dot(c.cross(a)), d.dot(a.cross(b))];
         let size = a.abs().max_element().max(b.abs().max_element()).max(c.abs().max_element());
         let products = 2.0 * (d.x.abs() + d.y.abs() + d.z.abs()) * size * size;

@@ -54,12 +54,24 @@ impl Perspective {
         }
     }
 
+    /// Where a point of the film sees, in pixels from its upper left corner: scaled so that the part along the viewing
+    /// axis is 1.
+    #[inline]
+    pub(super) fn direction(&self, film: Vec2) -> Vec3 {
+        self.corner + film.x * self.right + film.y * self.down
+    }
+
+    /// The ray from beside the pinhole along a direction whose part along the viewing axis is 1.
+    #[inline]
+    pub(super) fn ray_from(&self, beside: Vec3, d: Vec3) -> Ray {
+        let length = d.length();
+        Ray { o: self.origin + beside, tmin: self.near * length, d: d / length, tmax: self.far * length }
+    }
+
     /// The ray through a point of the film, in pixels from its upper left corner; its direction has unit length, its
     /// interval ends at the clip planes.
     #[inline]
     pub fn ray(&self, film: Vec2) -> Ray {
-        let d = self.corner + film.x * self.right + film.y * self.down;
-        let length = d.length();
-        Ray { o: self.origin, tmin: self.near * length, d: d / length, tmax: self.far * length }
+        self.ray_from(Vec3::ZERO, self.direction(film))
     }
 }

@@ -31,8 +31,12 @@ pub struct SceneDescription {
     pub bsdfs: Vec<Bsdf>,
     /// Every texture that one of them uses, directly or through another texture.
     pub textures: Vec<Texture>,
-    /// Every shape.
+    /// Every shape that stands by itself.
     pub shapes: Vec<Shape>,
+    /// Shapes that are placed together, wherever an instance says.
+    pub groups: Vec<Group>,
+    /// Where groups are placed.
+    pub instances: Vec<Instance>,
     /// Whether the texture coordinates of every shape are wanted, not only of those with textures.
     pub wants_uvs: bool,
     /// Lights that are not attached to a shape.
@@ -80,29 +84,60 @@ impl Default for Integrator {
     }
 }
 
-/// A perspective camera with its film and sampler.
+/// A camera with its film and sampler.
 ///
 /// Camera space is Mitsuba's: the camera looks along +z, +y is up, and +x points to the *left* of the picture.
 #[derive(Clone, Debug)]
 pub struct Camera {
     /// Where in the file.
     pub at: Span,
-    /// Camera space to the file's world space; no scale.
+    /// Camera space to the file's world space; no scale, unless it is orthographic.
     pub to_world: DAffine3,
-    /// Field of view in degrees along `fov_axis`, in (0, 180).
-    pub fov: f64,
-    /// What `fov` measures.
-    pub fov_axis: FovAxis,
-    /// Nearest visible distance along the viewing axis, positive.
+    /// How it sees.
+    pub projection: Projection,
+    /// Nearest visible distance along the viewing axis (of a panorama: in any direction), positive.
     pub near_clip: f64,
-    /// Farthest visible distance along the viewing axis, larger than `near_clip`.
+    /// Farthest visible distance, larger than `near_clip`.
     pub far_clip: f64,
-    /// Position of the principal point relative to the middle of the film, as a fraction of its width and height.
-    pub principal_point_offset: (f64, f64),
     /// The film.
     pub film: Film,
     /// The sampler's count and seed.
     pub sampler: Sampler,
+}
+
+/// How a camera sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Through a pinhole.
+    Perspective {
+        /// The field of view.
+        fov: FieldOfView,
+        /// Position of the principal point relative to the middle of the film, as a fraction of its width and height.
+        principal_point_offset: (f64, f64),
+    },
+    /// Through a thin lens.
+    ThinLens {
+        /// The field of view.
+        fov: FieldOfView,
+        /// Radius of the aperture, not negative.
+        aperture_radius: f64,
+        /// Distance of what is sharp along the viewing axis, positive.
+        focus_distance: f64,
+    },
+    /// In parallel, along +z, from where the film is: [−1, 1] across in the plane z = 0 of camera space, and as far down as
+    /// its pixels are square.
+    Orthographic,
+    /// In all directions, equirectangular; the middle of the picture is +z.
+    Panorama,
+}
+
+/// A field of view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldOfView {
+    /// In degrees along `axis`, in (0, 180).
+    pub degrees: f64,
+    /// What it measures.
+    pub axis: FovAxis,
 }
 
 /// What a field of view is measured along.
@@ -193,6 +228,30 @@ pub struct Shape {
     pub bsdf: BsdfId,
     /// Radiance that it emits from its front side, in W·sr⁻¹·m⁻², if it is an area light.
     pub emission: Option<Rgb>,
+}
+
+/// Shapes that are placed together. None emits.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// The shapes; their world is the group.
+    pub shapes: Vec<Shape>,
+}
+
+/// Index into [`SceneDescription::groups`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct GroupId(pub usize);
+
+/// A group in a place.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Where in the file.
+    pub at: Span,
+    /// What the file calls it: its id, or its plugin.
+    pub name: String,
+    /// What is placed.
+    pub group: GroupId,
+    /// From the group to the file's world space; invertible.
+    pub to_world: DAffine3,
 }
 
 /// The points of a shape, in object space.
@@ -300,9 +359,7 @@ pub enum LightKind {
         scale: f64,
         /// Camera space to the file's world space; no scale.
         to_world: DAffine3,
-        /// Field of view in degrees along `fov_axis`, in (0, 180).
-        fov: f64,
-        /// What `fov` measures.
-        fov_axis: FovAxis,
+        /// Field of view.
+        fov: FieldOfView,
     },
 }

@@ -15,6 +15,7 @@ use super::path_state::{PathState, Segment};
 use super::record::{Event, Record};
 use super::technique::Technique;
 use crate::accel::{Hit, Start};
+use crate::camera::Camera;
 use crate::film::SampleId;
 use crate::light::Light;
 use crate::material::Layer;
@@ -168,10 +169,13 @@ impl Walker<'_> {
 
     /// Sends every path off from its point of the film.
     fn aim(&self, wave: &mut Wave) {
-        wave.bsdf_numbers.fill_film(wave.paths.iter().map(|p| p.stream));
-        for (i, path) in wave.paths.iter_mut().enumerate() {
-            let film = Vec2::new(path.id.x as f32, path.id.y as f32) + wave.bsdf_numbers.film(i);
-            path.ray = self.scene.camera.ray(film);
+        let camera = &self.scene.camera;
+        wave.bsdf_numbers.fill_film(camera.has_lens(), wave.paths.iter().map(|p| p.stream));
+        match camera {
+            Camera::Perspective(camera) => wave.aim(|film, _| camera.ray(film)),
+            Camera::ThinLens(camera) => wave.aim(|film, lens| camera.ray(film, lens)),
+            Camera::Orthographic(camera) => wave.aim(|film, _| camera.ray(film)),
+            Camera::Panorama(camera) => wave.aim(|film, _| camera.ray(film)),
         }
     }
 
@@ -427,6 +431,15 @@ fn end(path: &mut PathState, reason: &'static str, record: &mut impl Record) {
 }
 
 impl Wave {
+    /// Gives every path its camera ray, a function of its points of the film and of the lens.
+    #[inline(always)]
+    fn aim(&mut self, ray: impl Fn(Vec2, Vec2) -> Ray) {
+        for (i, path) in self.paths.iter_mut().enumerate() {
+            let film = Vec2::new(path.id.x as f32, path.id.y as f32) + self.bsdf_numbers.film(i);
+            path.ray = ray(film, self.bsdf_numbers.lens(i));
+        }
+    }
+
     /// Takes finished paths out of the wave.
     fn retire(&mut self, record: &mut impl Record, sink: &mut impl Sink) {
         self.active.retain(|&i| {

@@ -59,7 +59,7 @@ impl AreaLight {
     #[inline(never)]
     fn sample_quadric(&self, surface: &Shape, &p: &DVec3, u: Vec2) -> Option<LightSample> {
         match surface {
-            Shape::Mesh(_) => unreachable!("a mesh is no quadric"),
+            Shape::Mesh(_) | Shape::Placed(_) => unreachable!("a mesh is no quadric, and what is placed is no light"),
             Shape::Sphere(sphere) => match Cap::of(sphere, p) {
                 Some(cap) => self.sample_cap(sphere, &cap, p, u),
                 None => self.towards(p, self.pdf, sphere.point(warp::square_to_uniform_sphere(u).as_dvec3()).point, 0),
@@ -77,7 +77,7 @@ impl AreaLight {
     #[inline(always)]
     pub fn pdf(&self, surface: &Shape, p: DVec3, end: &SurfacePoint) -> SolidAnglePdf {
         match surface {
-            Shape::Mesh(_) | Shape::Disk(_) => Self::seen_from(p, self.pdf, end),
+            Shape::Mesh(_) | Shape::Disk(_) | Shape::Placed(_) => Self::seen_from(p, self.pdf, end),
             Shape::Sphere(_) | Shape::Cylinder(_) => self.quadric_pdf(surface, &p, &{ *end }),
         }
     }
@@ -85,7 +85,7 @@ impl AreaLight {
     #[inline(never)]
     fn quadric_pdf(&self, surface: &Shape, &p: &DVec3, end: &SurfacePoint) -> SolidAnglePdf {
         match surface {
-            Shape::Mesh(_) | Shape::Disk(_) => Self::seen_from(p, self.pdf, end),
+            Shape::Mesh(_) | Shape::Disk(_) | Shape::Placed(_) => Self::seen_from(p, self.pdf, end),
             Shape::Sphere(sphere) => match Cap::of(sphere, p) {
                 Some(cap) => warp::square_to_uniform_cone_pdf(cap.one_minus_cos as f32),
                 None => Self::seen_from(p, self.pdf, end),

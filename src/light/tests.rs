@@ -87,6 +87,7 @@ fn meshes(outside: &[Vec3]) -> Vec<Row> {
 fn point(row: &Row, u: DVec2) -> (SurfacePoint, f64) {
     let m = row.map.matrix3;
     match &row.surface {
+        Shape::Placed(_) => panic!("what is placed is no light"),
         Shape::Sphere(sphere) => {
             let d = warp::square_to_uniform_sphere(u.as_vec2()).as_dvec3();
             (sphere.point(d).point, 2.0 * TAU * m.x_axis.length_squared())

@@ -10,8 +10,8 @@ use super::LoadOptions;
 use super::mtl::{self, GREY, Material};
 use super::{creases, normals, obj, ply};
 use crate::description::{
-    Bsdf, BsdfId, BsdfKind, Camera, ComponentFormat, Crop, Film, Filter, FovAxis, Geometry, Integrator, Light,
-    LightKind, Mesh, PixelFormat, Sampler, SceneDescription, Shape,
+    Bsdf, BsdfId, BsdfKind, Camera, ComponentFormat, Crop, FieldOfView, Film, Filter, FovAxis, Geometry, Integrator,
+    Light, LightKind, Mesh, PixelFormat, Projection, Sampler, SceneDescription, Shape,
 };
 use crate::error::{Error, Result, Span};
 use crate::spectrum::Rgb;
@@ -66,6 +66,8 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         textures: Vec::new(),
         shapes: Vec::new(),
         wants_uvs: options.uvs,
+        groups: Vec::new(),
+        instances: Vec::new(),
         lights: Vec::new(),
         warnings: Vec::new(),
     };
@@ -233,11 +235,12 @@ impl View {
         Camera {
             at: at.clone(),
             to_world: DAffine3::from_mat3_translation(self.axes, self.centre - self.axes.z_axis * self.distance),
-            fov: FOV,
-            fov_axis: FovAxis::Smaller,
+            projection: Projection::Perspective {
+                fov: FieldOfView { degrees: FOV, axis: FovAxis::Smaller },
+                principal_point_offset: (0.0, 0.0),
+            },
             near_clip: CLIP.0 * self.distance,
             far_clip: CLIP.1 * self.distance,
-            principal_point_offset: (0.0, 0.0),
             film,
             sampler: Sampler { sample_count: SAMPLES, seed: 0 },
         }

@@ -7,7 +7,8 @@ use super::plugins;
 use super::source::Loc;
 use super::xml::MAX_NESTING;
 use crate::description::{
-    AovKind, Bsdf, BsdfId, BsdfKind, Integrator, Light, LightKind, SceneDescription, Shape, Texture, TextureId,
+    AovKind, Bsdf, BsdfId, BsdfKind, Group, GroupId, Instance, Integrator, Light, LightKind, SceneDescription, Shape,
+    Texture, TextureId,
 };
 use crate::error::{Error, Result};
 use crate::image::Raster;
@@ -35,6 +36,8 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         textures: Vec::new(),
         texture_ids: HashMap::new(),
         pictures: HashMap::new(),
+        groups: Vec::new(),
+        group_ids: HashMap::new(),
     };
     let root = Params::new(document, 0);
     let integrator = match root.child(Category::Integrator)? {
@@ -46,9 +49,14 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
     for (id, _) in b.distinct(&root, Category::Sensor)? {
         cameras.push(plugins::sensor::sensor(&mut b, id)?);
     }
-    let mut shapes: Vec<Shape> = Vec::new();
+    let (mut shapes, mut instances): (Vec<Shape>, Vec<Instance>) = Default::default();
     for (id, _) in b.distinct(&root, Category::Shape)? {
-        shapes.push(plugins::shape::shape(&mut b, id)?);
+        match document.objects[id].plugin.as_str() {
+            "instance" => instances.push(plugins::group::instance(&mut b, id)?),
+            // It is there to be referred to.
+            "shapegroup" => {}
+            _ => shapes.push(plugins::shape::shape(&mut b, id)?),
+        }
     }
     let lights = b.lights(&root)?;
     b.check_unused(&root)?;
@@ -57,8 +65,19 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         return Err(document.sources.error(root.object.at, message));
     }
     root.finish(&mut b)?;
-    let Builder { bsdfs, textures, warnings, wants_uvs, .. } = b;
-    Ok(SceneDescription { integrator, cameras, bsdfs, textures, shapes, wants_uvs, lights, warnings })
+    let Builder { bsdfs, textures, groups, warnings, wants_uvs, .. } = b;
+    Ok(SceneDescription {
+        integrator,
+        cameras,
+        bsdfs,
+        textures,
+        shapes,
+        groups,
+        instances,
+        wants_uvs,
+        lights,
+        warnings,
+    })
 }
 
 /// What plugins share while a scene is built.
@@ -79,6 +98,8 @@ pub(crate) struct Builder<'d> {
     texture_ids: HashMap<ObjectId, TextureId>,
     /// Pictures by file and whether their numbers are taken as they are.
     pictures: HashMap<(PathBuf, bool), Arc<Raster>>,
+    groups: Vec<Group>,
+    group_ids: HashMap<ObjectId, GroupId>,
 }
 
 impl<'d> Builder<'d> {
@@ -184,6 +205,18 @@ impl<'d> Builder<'d> {
         let picture = Arc::new(picture);
         self.pictures.insert((path, raw), picture.clone());
         Ok(picture)
+    }
+
+    /// The group that an object makes, made when it is first asked for.
+    pub(crate) fn group(&mut self, id: ObjectId) -> Result<GroupId> {
+        if let Some(group) = self.group_ids.get(&id) {
+            return Ok(*group);
+        }
+        let made = plugins::group::group(self, id)?;
+        self.groups.push(made);
+        let group = GroupId(self.groups.len() - 1);
+        self.group_ids.insert(id, group);
+        Ok(group)
     }
 
     /// What a shape without a bsdf has: grey, or black if it is a light.

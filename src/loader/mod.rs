@@ -1,8 +1,8 @@
-//! Reads scene files: Mitsuba 3 XML with OBJ and PLY meshes in, [`SceneDescription`] out.
+//! Reads scene files: Mitsuba 3 XML with OBJ, PLY and serialized meshes in, [`SceneDescription`] out.
 //!
 //! ```text
 //! text ─xml─▶ Document (objects, typed parameters, places) ─build + plugins─▶ SceneDescription
-//!                                                             └─obj, ply─▶ Mesh
+//!                                                             └─obj, ply, serialized─▶ Mesh
 //! mesh file ─bare_mesh─▶ SceneDescription
 //! ```
 //!
@@ -23,6 +23,7 @@ mod obj;
 mod params;
 mod plugins;
 mod ply;
+mod serialized;
 mod source;
 mod substitute;
 mod suggest;

@@ -1,6 +1,6 @@
 //! Rays.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// The points `o + t·d` with `tmin < t < tmax`, in the compiled scene's space.
 ///
@@ -35,5 +35,79 @@ impl Ray {
     #[inline]
     pub fn segment(a: Vec3, b: Vec3) -> Self {
         Self { o: a, tmin: 0.0, d: b - a, tmax: 1.0 }
+    }
+}
+
+/// The same with f64 coordinates: a [`Ray`] in another space. Distances are those of the ray it was made from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DRay {
+    /// Origin.
+    pub o: DVec3,
+    /// Direction.
+    pub d: DVec3,
+    /// Start of the interval, in units of `d`.
+    pub tmin: f32,
+    /// End of the interval.
+    pub tmax: f32,
+}
+
+impl DRay {
+    /// The nearest ray in f32.
+    #[inline]
+    pub fn rounded(&self) -> Ray {
+        Ray { o: self.o.as_vec3(), tmin: self.tmin, d: self.d.as_vec3(), tmax: self.tmax }
+    }
+}
+
+/// What intersection tests in f64 read of a ray.
+pub trait Line {
+    /// Origin.
+    fn origin(&self) -> DVec3;
+
+    /// Direction.
+    fn direction(&self) -> DVec3;
+
+    /// The ends of the open interval.
+    fn interval(&self) -> [f64; 2];
+
+    /// Whether the distance `t` lies in the open interval.
+    #[inline(always)]
+    fn contains(&self, t: f64) -> bool {
+        let [tmin, tmax] = self.interval();
+        t > tmin && t < tmax
+    }
+}
+
+impl Line for Ray {
+    #[inline(always)]
+    fn origin(&self) -> DVec3 {
+        self.o.as_dvec3()
+    }
+
+    #[inline(always)]
+    fn direction(&self) -> DVec3 {
+        self.d.as_dvec3()
+    }
+
+    #[inline(always)]
+    fn interval(&self) -> [f64; 2] {
+        [f64::from(self.tmin), f64::from(self.tmax)]
+    }
+}
+
+impl Line for DRay {
+    #[inline(always)]
+    fn origin(&self) -> DVec3 {
+        self.o
+    }
+
+    #[inline(always)]
+    fn direction(&self) -> DVec3 {
+        self.d
+    }
+
+    #[inline(always)]
+    fn interval(&self) -> [f64; 2] {
+        [f64::from(self.tmin), f64::from(self.tmax)]
     }
 }

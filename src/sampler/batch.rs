@@ -2,8 +2,8 @@
 
 use super::sobol::{Index, SobolSet};
 use super::{
-    BSDF_NUMBERS, BsdfUniforms, FILM_NUMBERS, LIGHT_NUMBERS, LightUniforms, SET_FILM, SamplerKind, Set, Stream,
-    bsdf_set, independent, light_set, to_unit,
+    BSDF_NUMBERS, BsdfUniforms, FILM_AND_LENS_NUMBERS, FILM_NUMBERS, LIGHT_NUMBERS, LightUniforms, SET_FILM,
+    SamplerKind, Set, Stream, bsdf_set, independent, light_set, to_unit,
 };
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, u32x16};
@@ -26,9 +26,9 @@ impl Default for Batch {
 }
 
 impl Batch {
-    /// The positions within the pixel of all streams.
-    pub fn fill_film(&mut self, streams: impl ExactSizeIterator<Item = Stream>) {
-        self.fill(SET_FILM, FILM_NUMBERS, streams);
+    /// The positions within the pixel of all streams, and those on the `lens` if there is one.
+    pub fn fill_film(&mut self, lens: bool, streams: impl ExactSizeIterator<Item = Stream>) {
+        self.fill(SET_FILM, if lens { FILM_AND_LENS_NUMBERS } else { FILM_NUMBERS }, streams);
     }
 
     /// The numbers for the bsdf of all streams at path vertex `vertex`, counted from 0.
@@ -46,6 +46,12 @@ impl Batch {
     #[inline]
     pub fn film(&self, i: usize) -> Vec2 {
         self.get(i).pair()
+    }
+
+    /// Stream `i`'s position on the lens, after [`Self::fill_film`]; 0 without one.
+    #[inline]
+    pub fn lens(&self, i: usize) -> Vec2 {
+        self.get(i).second_pair()
     }
 
     /// Stream `i`'s numbers, after [`Self::fill_bsdf`].

@@ -11,7 +11,7 @@
 //! | 2 + 2v | at path vertex v (the first hit is 0): bsdf u, bsdf v, bsdf lobe, roulette |
 //! | 3 + 2v | at path vertex v: light u, light v, light choice, spare (opacity) |
 //!
-//! Lens, time and opacity are reserved: nothing uses them yet.
+//! Time and opacity are reserved: nothing uses them yet.
 //!
 //! The first two numbers of a set are those with the best two-dimensional projection.
 
@@ -66,6 +66,12 @@ impl Set {
     #[inline]
     pub fn pair(&self) -> Vec2 {
         Vec2::new(self.0[0], self.0[1])
+    }
+
+    /// The other two.
+    #[inline]
+    pub fn second_pair(&self) -> Vec2 {
+        Vec2::new(self.0[2], self.0[3])
     }
 }
 
@@ -124,6 +130,7 @@ const SETS_PER_VERTEX: u32 = 2;
 
 /// How many numbers of a set are in use; a light sample needs the last only where there is a choice.
 const FILM_NUMBERS: usize = 2;
+const FILM_AND_LENS_NUMBERS: usize = 4;
 const BSDF_NUMBERS: usize = 4;
 const LIGHT_NUMBERS: usize = 3;
 
@@ -174,6 +181,11 @@ impl Stream {
     /// Position within the pixel.
     pub fn film(&self) -> Vec2 {
         self.set(SET_FILM, FILM_NUMBERS).pair()
+    }
+
+    /// Position on the lens.
+    pub fn lens(&self) -> Vec2 {
+        self.set(SET_FILM, FILM_AND_LENS_NUMBERS).second_pair()
     }
 
     /// For the bsdf at path vertex `vertex`, counted from 0.

@@ -114,8 +114,12 @@ fn a_batch_holds_the_numbers_of_each_stream() {
         // Not a multiple of the lanes; indices below, across and above the shuffled bits.
         let indices = (0..37).chain(65_530..65_541).chain([1 << 20, u32::MAX]);
         let streams: Vec<_> = indices.enumerate().map(|(i, index)| sampler.stream(i as u32 / 3, 7, index)).collect();
-        batch.fill_film(streams.iter().copied());
-        streams.iter().enumerate().for_each(|(i, s)| assert_eq!(batch.film(i), s.film()));
+        for lens in [true, false] {
+            batch.fill_film(lens, streams.iter().copied());
+            streams.iter().enumerate().for_each(|(i, s)| assert_eq!(batch.film(i), s.film()));
+            let expected = |s: &Stream| if lens { s.lens() } else { Vec2::ZERO };
+            streams.iter().enumerate().for_each(|(i, s)| assert_eq!(batch.lens(i), expected(s)));
+        }
         for vertex in [0, 1, 9] {
             batch.fill_bsdf(vertex, streams.iter().copied());
             streams.iter().enumerate().for_each(|(i, s)| assert_eq!(batch.bsdf(i), s.bsdf(vertex)));

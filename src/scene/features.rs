@@ -9,6 +9,8 @@ pub struct Features {
     pub triangles: u64,
     /// Spheres, disks and cylinders.
     pub quadrics: u64,
+    /// Placements of groups, whose triangles and quadrics count once.
+    pub instances: u64,
     /// Some mesh has vertex normals.
     pub vertex_normals: bool,
     /// Some bsdf has delta lobes.

@@ -16,7 +16,7 @@ pub use features::Features;
 pub use surface::Surface;
 
 use crate::accel::{Accel, Hit};
-use crate::camera::Perspective;
+use crate::camera::Camera;
 use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::light::{Light, UniformLightSampler};
 use crate::material::{Graph, Layer, Material, Place, Scatter};
@@ -65,7 +65,7 @@ pub struct Appearance {
 /// A compiled scene.
 pub struct Scene {
     /// The camera.
-    pub camera: Perspective,
+    pub camera: Camera,
     /// The picture it takes.
     pub film: FilmSettings,
     /// Every shape.
@@ -124,7 +124,7 @@ impl Scene {
         let appearance = self.appearances[hit.shape as usize];
         let shape = &self.shapes[hit.shape as usize];
         let ShapePoint { point, shading_normal } = shape.meet(ray, hit.primitive);
-        let at = appearance.uvs.map(|uvs| self.uvs[uvs as usize].at(shape, hit.primitive, ray, &point));
+        let at = appearance.uvs.map(|uvs| self.uvs[uvs as usize].at(shape, hit.primitive, point.p));
         let frame = match (appearance.tangents, &at) {
             (None, _) => Frame::from_normal(shading_normal),
             // Along ∂p/∂u with its sign, which matters to a normal map.
@@ -152,10 +152,7 @@ impl Scene {
     pub fn uv(&self, ray: &Ray, hit: Hit) -> Vec2 {
         let shape = &self.shapes[hit.shape as usize];
         let field = self.appearances[hit.shape as usize].uvs.map(|uvs| &self.uvs[uvs as usize]);
-        let at = |field: &UvField| {
-            let point = shape.meet(ray, hit.primitive).point;
-            field.at(shape, hit.primitive, ray, &point).uv
-        };
+        let at = |field: &UvField| field.at(shape, hit.primitive, shape.meet(ray, hit.primitive).point.p).uv;
         field.map_or(Vec2::ZERO, at)
     }
 

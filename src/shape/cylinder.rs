@@ -14,7 +14,7 @@ use super::offset::SurfacePoint;
 use super::surface::ShapePoint;
 use crate::math::bounds::Bounds;
 use crate::math::float::UNIT_ROUNDOFF_F64;
-use crate::math::ray::Ray;
+use crate::math::ray::Line;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 /// The side of a cylinder.
@@ -52,7 +52,7 @@ impl Cylinder {
     /// its direction, rounded from f64. Its ends are farther by the rounding of z in f64, so that no ray passes between
     /// them and what they touch (but for that part which the distance of a grazing ray magnifies).
     #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<f32> {
+    pub fn intersect(&self, ray: &impl Line) -> Option<f32> {
         let local = self.localize(ray);
         let (discriminant, roots) = roots(&local);
         // Also where the ray is parallel to the axis and the discriminant NaN.
@@ -65,7 +65,7 @@ impl Cylinder {
     /// Distance at which `ray` meets the cylinder that an accelerator says it meets, in f64: that of the first root that
     /// counts, or else of the larger. Not finite where it is parallel to the axis.
     #[inline]
-    pub fn resolve(&self, ray: &Ray) -> f64 {
+    pub fn resolve(&self, ray: &impl Line) -> f64 {
         let local = self.localize(ray);
         let (_, roots) = roots(&local);
         if self.counts(ray, &local, roots[0]) { roots[0] } else { roots[1] }
@@ -73,7 +73,7 @@ impl Cylinder {
 
     /// Where a ray that an accelerator says meets the cylinder meets it.
     #[inline]
-    pub fn meet(&self, ray: &Ray) -> ShapePoint {
+    pub fn meet(&self, ray: &impl Line) -> ShapePoint {
         let local = self.localize(ray);
         let q = local.o + self.resolve(ray) * local.d;
         self.point(q.truncate(), q.z.clamp(0.0, 1.0))
@@ -143,16 +143,16 @@ impl Cylinder {
 
     /// The ray in the cylinder's space.
     #[inline]
-    fn localize(&self, ray: &Ray) -> LocalRay {
+    fn localize(&self, ray: &impl Line) -> LocalRay {
         let to_local = |q: DVec3| DVec3::new(q.dot(self.dual[0]), q.dot(self.dual[1]), q.dot(self.dual[2]));
-        LocalRay { o: to_local(ray.o.as_dvec3() - self.base), d: to_local(ray.d.as_dvec3()) }
+        LocalRay { o: to_local(ray.origin() - self.base), d: to_local(ray.direction()) }
     }
 
     /// Whether a root lies in the ray's interval and between the ends.
     #[inline]
-    fn counts(&self, ray: &Ray, local: &LocalRay, t: f64) -> bool {
+    fn counts(&self, ray: &impl Line, local: &LocalRay, t: f64) -> bool {
         let z = local.o.z + t * local.d.z;
-        let reach = (ray.o.as_dvec3() - self.base).length() + (t * ray.d.as_dvec3()).length();
+        let reach = (ray.origin() - self.base).length() + (t * ray.direction()).length();
         let slack = Self::RIM_ROUNDINGS * UNIT_ROUNDOFF_F64 * reach * self.dual[2].length();
         ray.contains(t) && z >= -slack && z <= 1.0 + slack
     }
@@ -175,6 +175,7 @@ fn roots(ray: &LocalRay) -> (f64, [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::ray::Ray;
     use glam::Vec3;
 
     const UNIT: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];

@@ -8,7 +8,7 @@ use super::offset::SurfacePoint;
 use super::surface::ShapePoint;
 use crate::math::bounds::Bounds;
 use crate::math::float::{UNIT_ROUNDOFF_F64, round_down, round_up};
-use crate::math::ray::Ray;
+use crate::math::ray::Line;
 use glam::{DAffine3, DVec2, DVec3};
 
 /// A flat ellipse.
@@ -48,11 +48,11 @@ impl Disk {
     /// Distance to the disk, from either side, in the ray's open interval, in units of its direction, rounded from f64.
     /// Its rim is wider by the rounding of f64, so that no ray passes between it and what it touches.
     #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<f32> {
+    pub fn intersect(&self, ray: &impl Line) -> Option<f32> {
         let t = self.resolve(ray);
         // Nothing is inside where the ray is parallel to the plane and t not finite.
         let inside = t.is_finite() && {
-            let reach = (self.centre - ray.o.as_dvec3()).length() + (t * ray.d.as_dvec3()).length();
+            let reach = (self.centre - ray.origin()).length() + (t * ray.direction()).length();
             let slack = Self::RIM_ROUNDINGS * UNIT_ROUNDOFF_F64 * reach * (self.dual_u.length() + self.dual_v.length());
             self.coordinates(ray, t).length() <= 1.0 + slack
         };
@@ -61,20 +61,20 @@ impl Disk {
 
     /// Distance at which `ray` crosses the plane, in f64; not finite where it is parallel to it.
     #[inline]
-    pub fn resolve(&self, ray: &Ray) -> f64 {
-        self.n.dot(self.centre - ray.o.as_dvec3()) / self.n.dot(ray.d.as_dvec3())
+    pub fn resolve(&self, ray: &impl Line) -> f64 {
+        self.n.dot(self.centre - ray.origin()) / self.n.dot(ray.direction())
     }
 
     /// (a, b) of the crossing at distance t.
     #[inline]
-    fn coordinates(&self, ray: &Ray, t: f64) -> DVec2 {
-        let q = ray.o.as_dvec3() + t * ray.d.as_dvec3() - self.centre;
+    fn coordinates(&self, ray: &impl Line, t: f64) -> DVec2 {
+        let q = ray.origin() + t * ray.direction() - self.centre;
         DVec2::new(q.dot(self.dual_u), q.dot(self.dual_v))
     }
 
     /// Where a ray that an accelerator says meets the disk meets it.
     #[inline]
-    pub fn meet(&self, ray: &Ray) -> ShapePoint {
+    pub fn meet(&self, ray: &impl Line) -> ShapePoint {
         self.point(self.coordinates(ray, self.resolve(ray)))
     }
 
@@ -118,6 +118,7 @@ pub(super) fn ellipse_bounds(c: DVec3, u: DVec3, v: DVec3) -> Bounds {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::ray::Ray;
     use glam::Vec3;
 
     fn ellipse() -> Disk {

@@ -6,6 +6,7 @@
 pub mod cylinder;
 pub mod disk;
 pub mod offset;
+pub mod placed;
 pub mod sphere;
 pub mod surface;
 pub mod tangent;
@@ -51,6 +52,8 @@ pub enum Shape {
     Disk(disk::Disk),
     /// The side of a cylinder.
     Cylinder(cylinder::Cylinder),
+    /// Any of these, shared with others that are placed elsewhere.
+    Placed(placed::Placed),
 }
 
 impl Shape {
@@ -59,7 +62,13 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => mesh.faces.len(),
             Self::Sphere(_) | Self::Disk(_) | Self::Cylinder(_) => 1,
+            Self::Placed(placed) => placed.shape().primitive_count(),
         }
+    }
+
+    /// A box around all of it, if it is known without looking at each primitive.
+    pub fn known_bounds(&self) -> Option<Bounds> {
+        if let Self::Placed(placed) = self { Some(placed.bounds()) } else { None }
     }
 
     /// A box that contains a primitive.
@@ -69,6 +78,7 @@ impl Shape {
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Disk(disk) => disk.bounds(),
             Self::Cylinder(cylinder) => cylinder.bounds(),
+            Self::Placed(placed) => placed.primitive_bounds(primitive),
         }
     }
 
@@ -83,6 +93,7 @@ impl Shape {
             Self::Sphere(sphere) => sphere.intersect(ray),
             Self::Disk(disk) => disk.intersect(ray),
             Self::Cylinder(cylinder) => cylinder.intersect(ray),
+            Self::Placed(placed) => placed.intersect(primitive, ray),
         }
     }
 
@@ -98,6 +109,7 @@ impl Shape {
             Self::Sphere(sphere) => sphere.resolve(ray),
             Self::Disk(disk) => disk.resolve(ray),
             Self::Cylinder(cylinder) => cylinder.resolve(ray),
+            Self::Placed(placed) => placed.resolve_distance(primitive, ray),
         }
     }
 }

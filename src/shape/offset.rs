@@ -44,7 +44,14 @@ pub struct SurfacePoint {
 /// where they see these extents along the axes.
 #[inline]
 pub(super) fn slack(n: Vec3, extent: Vec3) -> f32 {
-    gamma(INTERSECTION_ROUNDINGS) * n.abs().dot(extent) + EXACT_ROUNDINGS * extent.element_sum()
+    gamma(INTERSECTION_ROUNDINGS) * n.abs().dot(extent) + exact_slack(extent.element_sum())
+}
+
+/// What the intersection test in f64 alone may displace a primitive by along any axis, where the sum of the extents along
+/// the axes is this.
+#[inline]
+pub(super) fn exact_slack(extents: f32) -> f32 {
+    EXACT_ROUNDINGS * extents
 }
 
 impl SurfacePoint {

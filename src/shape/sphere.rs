@@ -6,7 +6,7 @@
 //! larger size is q/a, q = b + sgn(b)·√(a·δ); the other is (f·f − r²)/q, which is exact near 0 where q/a would cancel.
 
 use crate::math::bounds::Bounds;
-use crate::math::ray::Ray;
+use crate::math::ray::Line;
 use glam::{DVec3, Vec3};
 
 /// A sphere.
@@ -21,14 +21,15 @@ pub struct Sphere {
 }
 
 /// By what part of f², f leading from the centre to the origin, the discriminant must be below zero to be so whatever its
-/// rounding: dot products of three f32 differences, their product and difference are off by less than 2⁻⁴⁹·a·f².
+/// rounding: dot products of three differences, their product and difference are off by less than 2⁻⁴⁹·a·f² where these
+/// are of f32 numbers, and by less than 2⁻⁴⁷·a·f² where they are of f64 ones and rounded themselves.
 const CERTAIN_MISS: f64 = 1.0 / (1u64 << 46) as f64;
 
 impl Sphere {
     /// Distance to the nearest point of the surface, met from outside or inside, in the ray's open interval, in units of
     /// its direction, rounded from f64.
     #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<f32> {
+    pub fn intersect(&self, ray: &impl Line) -> Option<f32> {
         if self.is_passed(ray) {
             return None;
         }
@@ -42,10 +43,10 @@ impl Sphere {
     /// Whether the ray certainly meets nothing, for it starts outside and leads away or past: most do, and that takes no
     /// division.
     #[inline]
-    fn is_passed(&self, ray: &Ray) -> bool {
-        let d = ray.d.as_dvec3();
+    fn is_passed(&self, ray: &impl Line) -> bool {
+        let d = ray.direction();
         let r = f64::from(self.radius);
-        let f: DVec3 = ray.o.as_dvec3() - self.centre.as_dvec3();
+        let f: DVec3 = ray.origin() - self.centre.as_dvec3();
         let (a, b, distance2) = (d.dot(d), -f.dot(d), f.dot(f));
         let c = distance2 - r * r;
         c > 0.0 && (b < 0.0 || b * b < a * (c - CERTAIN_MISS * distance2))
@@ -54,7 +55,7 @@ impl Sphere {
     /// Distance at which `ray` meets the sphere that an accelerator says it meets, in f64. Never fails: of a line that
     /// passes beside the sphere it is that of the nearest point, and of roots outside the interval the larger.
     #[inline]
-    pub fn resolve(&self, ray: &Ray) -> f64 {
+    pub fn resolve(&self, ray: &impl Line) -> f64 {
         let (_, roots) = self.roots(ray);
         if ray.contains(roots[0]) { roots[0] } else { roots[1] }
     }
@@ -73,10 +74,10 @@ impl Sphere {
 
     /// δ, and the roots in ascending order, or twice the nearest point where δ is negative.
     #[inline]
-    fn roots(&self, ray: &Ray) -> (f64, [f64; 2]) {
-        let d = ray.d.as_dvec3();
+    fn roots(&self, ray: &impl Line) -> (f64, [f64; 2]) {
+        let d = ray.direction();
         let r = f64::from(self.radius);
-        let f: DVec3 = ray.o.as_dvec3() - self.centre.as_dvec3();
+        let f: DVec3 = ray.origin() - self.centre.as_dvec3();
         solve(d.dot(d), -f.dot(d), f.dot(f) - r * r, |t| r * r - (f + t * d).length_squared())
     }
 }
@@ -99,6 +100,7 @@ pub(super) fn solve(a: f64, b: f64, c: f64, discriminant: impl Fn(f64) -> f64) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::ray::Ray;
 
     const SPHERE: Sphere = Sphere { centre: Vec3::ZERO, radius: 1.0, flip: false };
 

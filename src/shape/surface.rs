@@ -3,8 +3,8 @@
 use super::offset::SurfacePoint;
 use super::triangle::{self, Corner};
 use super::{Plane, Shape, TriangleMesh, sphere::Sphere};
-use crate::math::ray::Ray;
-use glam::{DVec3, Vec3};
+use crate::math::ray::{Line, Ray};
+use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
 /// A point of a shape with its normals.
@@ -17,13 +17,14 @@ pub struct ShapePoint {
 }
 
 impl Shape {
-    /// Area of the front side, in the compiled scene's length².
+    /// Area of the front side, in the compiled scene's length²; 0 of a placed shape, which cannot emit.
     pub fn area(&self) -> f64 {
         match self {
             Self::Mesh(mesh) => mesh.areas().sum(),
             Self::Sphere(sphere) => 4.0 * PI * f64::from(sphere.radius) * f64::from(sphere.radius),
             Self::Disk(disk) => disk.area(),
             Self::Cylinder(cylinder) => cylinder.area(),
+            Self::Placed(_) => 0.0,
         }
     }
 
@@ -32,17 +33,38 @@ impl Shape {
     pub fn meet(&self, ray: &Ray, primitive: u32) -> ShapePoint {
         match self {
             Self::Mesh(mesh) => mesh.meet(ray, primitive),
-            quadric => quadric.meet_quadric(ray),
+            other => other.meet_other(ray, primitive),
         }
     }
 
     #[inline(never)]
-    fn meet_quadric(&self, ray: &Ray) -> ShapePoint {
+    fn meet_other(&self, ray: &Ray, primitive: u32) -> ShapePoint {
         match self {
-            Self::Mesh(_) => unreachable!("a mesh is no quadric"),
-            Self::Sphere(sphere) => sphere.meet(ray),
+            Self::Placed(placed) => placed.meet(ray, primitive),
+            quadric => quadric.meet_quadric(ray),
+        }
+    }
+
+    pub(super) fn meet_quadric(&self, ray: &impl Line) -> ShapePoint {
+        match self {
+            Self::Mesh(_) | Self::Placed(_) => unreachable!("this is no quadric"),
+            Self::Sphere(sphere) => {
+                let t = sphere.resolve(ray);
+                sphere.point(ray.origin() + t * ray.direction() - sphere.centre.as_dvec3())
+            }
             Self::Disk(disk) => disk.meet(ray),
             Self::Cylinder(cylinder) => cylinder.meet(ray),
+        }
+    }
+
+    /// A point of the tangent plane of a primitive near `p`.
+    pub(super) fn beside(&self, primitive: u32, p: DVec3) -> ShapePoint {
+        match self {
+            Self::Mesh(mesh) => mesh.point(primitive, [1.0, 0.0, 0.0]),
+            Self::Sphere(sphere) => sphere.point(p - sphere.centre.as_dvec3()),
+            Self::Disk(disk) => disk.point(DVec2::ZERO),
+            Self::Cylinder(cylinder) => cylinder.point(cylinder.project(p), 0.0),
+            Self::Placed(placed) => placed.beside(primitive, p),
         }
     }
 }
@@ -52,20 +74,12 @@ impl TriangleMesh {
     #[inline(always)]
     pub(crate) fn meet(&self, ray: &Ray, face: u32) -> ShapePoint {
         let triangle = self.corner(face);
-        self.at(face, &triangle, self.barycentrics_on(ray, face, &triangle))
-    }
-
-    /// Barycentric coordinates of the point where `ray` meets triangle `face`.
-    pub(crate) fn barycentrics(&self, ray: &Ray, face: u32) -> [f64; 3] {
-        self.barycentrics_on(ray, face, &self.corner(face))
-    }
-
-    #[inline(always)]
-    fn barycentrics_on(&self, ray: &Ray, face: u32, triangle: &Corner) -> [f64; 3] {
-        triangle::barycentrics(ray, triangle).unwrap_or_else(|| {
+        let b = triangle::barycentrics(ray, &triangle);
+        let b = b.unwrap_or_else(|| {
             let [v0, v1, v2] = self.triangle(face);
             triangle::resolve(ray, v0, v1, v2).b
-        })
+        });
+        self.at(face, &triangle, b)
     }
 
     /// The point of triangle `face` with these barycentric coordinates.
@@ -83,7 +97,7 @@ impl TriangleMesh {
 
     /// A triangle in f64.
     #[inline(always)]
-    fn corner(&self, face: u32) -> Corner {
+    pub(super) fn corner(&self, face: u32) -> Corner {
         let [a, b, c] = self.faces[face as usize];
         let v0 = self.positions[a as usize].as_dvec3();
         Corner { v0, e1: self.positions[b as usize].as_dvec3() - v0, e2: self.positions[c as usize].as_dvec3() - v0 }
@@ -91,7 +105,7 @@ impl TriangleMesh {
 
     /// The interpolated vertex normal; `None` where the mesh is flat or the normals cancel.
     #[inline(always)]
-    fn shading_normal(&self, face: u32, b: [f64; 3]) -> Option<Vec3> {
+    pub(super) fn shading_normal(&self, face: u32, b: [f64; 3]) -> Option<Vec3> {
         if self.normals.is_empty() { None } else { self.interpolated_normal(face, b) }
     }
 
@@ -112,13 +126,6 @@ impl TriangleMesh {
 }
 
 impl Sphere {
-    /// Where a ray that an accelerator says meets the sphere meets it.
-    #[inline]
-    pub(super) fn meet(&self, ray: &Ray) -> ShapePoint {
-        let t = self.resolve(ray);
-        self.point(ray.o.as_dvec3() + t * ray.d.as_dvec3() - self.centre.as_dvec3())
-    }
-
     /// The point of the sphere in direction `from_centre`, not zero, of any length.
     #[inline]
     pub fn point(&self, from_centre: DVec3) -> ShapePoint {

@@ -3,10 +3,12 @@
 //! Conventions are Mitsuba's. Neither length nor sign matters: a microfacet distribution is symmetric in both.
 
 use super::offset::SurfacePoint;
+use super::placed::Placed;
 use glam::{DAffine3, Vec3};
+use std::sync::Arc;
 
 /// The directions of ∂p/∂u on one shape, in the compiled scene's space.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum TangentField {
     /// The same all over the shape: a rectangle.
     Constant(Vec3),
@@ -16,6 +18,8 @@ pub enum TangentField {
     Around(Vec3),
     /// An affine function of the point: away from the centre of a disk, or around a cylinder.
     Affine(DAffine3),
+    /// That of a shape of a group, where the group is placed.
+    Placed(Arc<Self>, Placed),
 }
 
 impl TangentField {
@@ -28,6 +32,7 @@ impl TangentField {
             Self::Faces(faces) => faces[primitive as usize],
             Self::Around(axis) => axis.cross(point.n),
             Self::Affine(map) => map.transform_point3(point.p).normalize_or_zero().as_vec3(),
+            Self::Placed(field, placed) => placed.tangent(point, |point| field.at(primitive, point)),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Shape;
 use super::offset::SurfacePoint;
+use crate::math::bounds::Bounds;
 use crate::math::float::UNIT_ROUNDOFF;
 use glam::{DVec3, Vec3};
 
@@ -20,10 +21,15 @@ pub fn touching(shapes: &[Shape], points: &[DVec3]) -> Vec<Vec<SurfacePoint>> {
         return found;
     }
     for shape in shapes {
+        let far = |b: Bounds| points.iter().all(|p| p.cmplt(b.min.as_dvec3()).any() || p.cmpgt(b.max.as_dvec3()).any());
+        if shape.known_bounds().map(|b| reached(shape, b)).is_some_and(far) {
+            continue;
+        }
         for primitive in 0..shape.primitive_count() as u32 {
             let bounds = shape.primitive_bounds(primitive);
-            let reach = ROUNDINGS * UNIT_ROUNDOFF * bounds.min.abs().max(bounds.max.abs());
-            let (min, max) = ((bounds.min - reach).as_dvec3(), (bounds.max + reach).as_dvec3());
+            let reach = reach(shape, bounds);
+            let Bounds { min, max } = reached(shape, bounds);
+            let (min, max) = (min.as_dvec3(), max.as_dvec3());
             let first = order.partition_point(|&i| points[i].x < min.x);
             for &i in order[first..].iter().take_while(|&&i| points[i].x <= max.x) {
                 let p = points[i];
@@ -36,16 +42,21 @@ pub fn touching(shapes: &[Shape], points: &[DVec3]) -> Vec<Vec<SurfacePoint>> {
     found
 }
 
+/// How far along each axis rounding reaches around a part of `shape` in a box. What is placed was rounded in its group.
+fn reach(shape: &Shape, b: Bounds) -> Vec3 {
+    let group = if let Shape::Placed(placed) = shape { placed.placement.reach().as_vec3() } else { Vec3::ZERO };
+    ROUNDINGS * UNIT_ROUNDOFF * (b.min.abs().max(b.max.abs()) + group)
+}
+
+/// That box, wider by this.
+fn reached(shape: &Shape, b: Bounds) -> Bounds {
+    let reach = reach(shape, b);
+    Bounds { min: b.min - reach, max: b.max + reach }
+}
+
 /// `p` with the normal of the primitive there, if it is no farther off, along that, than these distances along the axes.
 fn touch(shape: &Shape, primitive: u32, p: DVec3, reach: Vec3) -> Option<SurfacePoint> {
-    // Any point of the tangent plane beside p.
-    let near = match shape {
-        Shape::Mesh(mesh) => mesh.point(primitive, [1.0, 0.0, 0.0]),
-        Shape::Sphere(sphere) => sphere.point(p - sphere.centre.as_dvec3()),
-        Shape::Disk(disk) => disk.point(glam::DVec2::ZERO),
-        Shape::Cylinder(cylinder) => cylinder.point(cylinder.project(p), 0.0),
-    };
-    let point = near.point;
+    let point = shape.beside(primitive, p).point;
     let height = point.n.as_dvec3().dot(p - point.p);
     // Not so on the axis of a cylinder, where there is no normal.
     (height.abs() <= f64::from(point.n.abs().dot(reach))).then_some(SurfacePoint { p, ..point })

@@ -26,7 +26,7 @@
 //! one, a point at most 6·u·M beside the ray. This is what lets the boxes of `accel::native` be conservative, and it
 //! makes the interval test exact for the f32 inputs, but for the rounding of f64.
 
-use crate::math::ray::Ray;
+use crate::math::ray::{DRay, Line, Ray};
 use glam::{DVec3, Vec3, Vec4};
 
 /// The number of unit roundoffs of the largest coordinate of v − o that a sheared vertex may be off by.
@@ -126,7 +126,7 @@ impl WatertightRay {
                 continue;
             }
             let certain = edges.iter().all(|e| e[lane].abs() > 0.0);
-            if !certain && !crosses_exactly(p.map(|p| p.map(|c| f64::from(c[lane])))) {
+            if !certain && !crosses_in_f64(p.map(|p| p.map(|c| f64::from(c[lane])))) {
                 continue;
             }
             let t = self.exact.resolve(v.map(|v| v.map(|c| f64::from(c[lane])))).t;
@@ -169,9 +169,15 @@ fn candidates(e: &Edges<Vec4>) -> u32 {
     !(negative & positive).bitmask() & 0b1111
 }
 
-/// Whether the origin lies in the triangle of these sheared vertices or on its rim, exactly; false for one without area.
+/// Whether the origin lies in the triangle of these sheared vertices, which are f32, or on its rim, exactly.
 #[cold]
-fn crosses_exactly(p: [[f64; 2]; 3]) -> bool {
+fn crosses_in_f64(p: [[f64; 2]; 3]) -> bool {
+    crosses(p)
+}
+
+/// Whether no two of the edge functions of these sheared vertices have opposite signs; false for a triangle without area.
+#[inline]
+fn crosses(p: [[f64; 2]; 3]) -> bool {
     let e = edge_functions(&p);
     let negative = e.iter().any(|&e| e < 0.0);
     let positive = e.iter().any(|&e| e > 0.0);
@@ -206,23 +212,26 @@ impl ShearedRay {
 
 impl ExactRay {
     #[inline(always)]
-    fn new(ray: &Ray) -> Self {
-        let axes = axes(ray.d);
-        let d = axes.map(|axis| f64::from(ray.d[axis]));
+    fn new(ray: &impl Line) -> Self {
+        let (o, d) = (ray.origin(), ray.direction());
+        // Which is the dominant component need not be decided in f64.
+        let axes = axes(d.as_vec3());
+        let d = axes.map(|axis| d[axis]);
         let depth = 1.0 / d[2];
-        Self {
-            axes,
-            origin: axes.map(|axis| f64::from(ray.o[axis])),
-            shear: [d[0] * depth, d[1] * depth],
-            depth,
-            tmin: f64::from(ray.tmin),
-            tmax: f64::from(ray.tmax),
-        }
+        let [tmin, tmax] = ray.interval();
+        Self { axes, origin: axes.map(|axis| o[axis]), shear: [d[0] * depth, d[1] * depth], depth, tmin, tmax }
     }
 
     /// See [`resolve`]; `v[vertex][axis]`.
     #[inline(always)]
     fn resolve(&self, v: [[f64; 3]; 3]) -> TriangleHit {
+        let (p, depth) = self.shear(v);
+        self.locate(&p, depth)
+    }
+
+    /// The sheared (x', y') of the vertices, and their depths.
+    #[inline(always)]
+    fn shear(&self, v: [[f64; 3]; 3]) -> ([[f64; 2]; 3], [f64; 3]) {
         let [x, y, z] = self.axes;
         let depth = v.map(|v| v[z] - self.origin[2]);
         let mut p = [[0.0; 2]; 3];
@@ -230,7 +239,13 @@ impl ExactRay {
             p[i][0] = (v[i][x] - self.origin[0]) - self.shear[0] * depth[i];
             p[i][1] = (v[i][y] - self.origin[1]) - self.shear[1] * depth[i];
         }
-        let e = edge_functions(&p);
+        (p, depth)
+    }
+
+    /// The point of a sheared triangle that is nearest to the ray.
+    #[inline(always)]
+    fn locate(&self, p: &[[f64; 2]; 3], depth: [f64; 3]) -> TriangleHit {
+        let e = edge_functions(p);
         let size = p.iter().flatten().fold(0.0, |m: f64, c| if c.abs() > m { c.abs() } else { m });
         let area = e[0] + e[1] + e[2];
         let inside = (e[0] >= 0.0 && e[1] >= 0.0 && e[2] >= 0.0) || (e[0] <= 0.0 && e[1] <= 0.0 && e[2] <= 0.0);
@@ -238,9 +253,36 @@ impl ExactRay {
             let inverse = 1.0 / area;
             [e[0] * inverse, e[1] * inverse, e[2] * inverse]
         } else {
-            nearest_on_rim(&p)
+            nearest_on_rim(p)
         };
         TriangleHit { b, t: (b[0] * depth[0] + b[1] * depth[1] + b[2] * depth[2]) * self.depth }
+    }
+}
+
+/// A ray in f64 coordinates, prepared for the test of triangles with f32 vertices.
+///
+/// It is the test of [`WatertightRay`] with f64 in place of f32, and so watertight for the same reason: where an edge
+/// function is 0, be it by rounding, both triangles at the edge are met.
+#[derive(Clone, Copy, Debug)]
+pub struct ExactWatertightRay(ExactRay);
+
+impl ExactWatertightRay {
+    /// Prepares `ray`.
+    #[inline]
+    pub fn new(ray: &DRay) -> Self {
+        Self(ExactRay::new(ray))
+    }
+
+    /// Distance to the triangle in units of the direction, where the ray meets it (from either side) inside its open
+    /// interval.
+    #[inline]
+    pub fn intersect(&self, v: [Vec3; 3]) -> Option<f64> {
+        let (p, depth) = self.0.shear(v.map(|v| v.to_array().map(f64::from)));
+        if !crosses(p) {
+            return None;
+        }
+        let t = self.0.locate(&p, depth).t;
+        (t > self.0.tmin && t < self.0.tmax).then_some(t)
     }
 }
 
@@ -272,7 +314,7 @@ fn nearest_on_rim(p: &[[f64; 2]; 3]) -> [f64; 3] {
 /// Never fails: where the ray passes beside the triangle, within rounding or not, it is the triangle's nearest point as
 /// seen along the ray. The distance need not lie in the ray's interval.
 #[inline(never)]
-pub fn resolve(ray: &Ray, v0: Vec3, v1: Vec3, v2: Vec3) -> TriangleHit {
+pub fn resolve(ray: &impl Line, v0: Vec3, v1: Vec3, v2: Vec3) -> TriangleHit {
     ExactRay::new(ray).resolve([v0, v1, v2].map(|v| v.to_array().map(f64::from)))
 }
 
@@ -291,9 +333,9 @@ pub(super) struct Corner {
 /// is negative and their sum is 1, so the point they give is a point of the triangle. `None` where the ray passes beside
 /// it.
 #[inline(always)]
-pub(super) fn barycentrics(ray: &Ray, &Corner { v0, e1, e2 }: &Corner) -> Option<[f64; 3]> {
-    let d = ray.d.as_dvec3();
-    let s = ray.o.as_dvec3() - v0;
+pub(super) fn barycentrics(ray: &impl Line, &Corner { v0, e1, e2 }: &Corner) -> Option<[f64; 3]> {
+    let d = ray.direction();
+    let s = ray.origin() - v0;
     let p = d.cross(e2);
     let inverse = 1.0 / e1.dot(p);
     let b1 = s.dot(p) * inverse;

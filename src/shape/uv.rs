@@ -4,14 +4,14 @@
 //! third vertex; around an axis u is the angle over 2π; v is the angle from a sphere's pole over π, or the height in a
 //! cylinder of height 1; on a disk u is the distance from its middle over its radius, v the angle over 2π.
 
-use super::offset::SurfacePoint;
+use super::placed::Placed;
 use super::{Shape, TriangleMesh};
-use crate::math::ray::Ray;
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 /// The texture coordinates of one shape.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum UvField {
     /// One pair for each vertex of a mesh.
     Vertices(Vec<Vec2>),
@@ -26,6 +26,8 @@ pub enum UvField {
         /// And back.
         to_own: DAffine3,
     },
+    /// Those of a shape of a group, where the group is placed.
+    Placed(Arc<Self>, Placed),
 }
 
 /// The quadrics, each in its own space.
@@ -54,28 +56,34 @@ impl UvField {
         Self::Quadric { kind, to_scene, to_own: to_scene.inverse() }
     }
 
-    /// At the point where `ray` meets `primitive` of `shape`.
-    pub fn at(&self, shape: &Shape, primitive: u32, ray: &Ray, point: &SurfacePoint) -> UvPoint {
+    /// At the point `p` of `primitive` of `shape`.
+    pub fn at(&self, shape: &Shape, primitive: u32, p: DVec3) -> UvPoint {
         match (self, shape) {
             (Self::Quadric { kind, to_scene, to_own }, _) => {
-                let (uv, dp) = kind.at(to_own.transform_point3(point.p));
+                let (uv, dp) = kind.at(to_own.transform_point3(p));
                 UvPoint { uv: uv.as_vec2(), dp: dp.map(|d| to_scene.transform_vector3(d).as_vec3()) }
             }
             (Self::Vertices(uvs), Shape::Mesh(mesh)) => {
                 let corners = mesh.faces[primitive as usize].map(|i| uvs[i as usize].as_dvec2());
-                on_triangle(mesh, primitive, ray, corners)
+                on_triangle(mesh, primitive, p, corners)
             }
-            (_, Shape::Mesh(mesh)) => on_triangle(mesh, primitive, ray, [DVec2::ZERO, DVec2::X, DVec2::Y]),
+            (_, Shape::Mesh(mesh)) => on_triangle(mesh, primitive, p, [DVec2::ZERO, DVec2::X, DVec2::Y]),
+            (Self::Placed(field, placed), _) => {
+                let UvPoint { uv, dp } = field.at(placed.shape(), primitive, placed.point_to_group(p));
+                UvPoint { uv, dp: dp.map(|d| placed.vector_to_scene(d)) }
+            }
             // A field is made for its shape.
             (Self::Vertices(_) | Self::Barycentric, _) => UvPoint { uv: Vec2::ZERO, dp: [Vec3::ZERO; 2] },
         }
     }
 }
 
-fn on_triangle(mesh: &TriangleMesh, face: u32, ray: &Ray, corners: [DVec2; 3]) -> UvPoint {
-    let [_, b1, b2] = mesh.barycentrics(ray, face);
+fn on_triangle(mesh: &TriangleMesh, face: u32, p: DVec3, corners: [DVec2; 3]) -> UvPoint {
     let [a, b, c] = mesh.triangle(face).map(|v| v.as_dvec3());
     let (e1, e2) = (b - a, c - a);
+    // Barycentric coordinates as ratios of signed areas along the normal.
+    let n = e1.cross(e2);
+    let (b1, b2) = ((p - a).cross(e2).dot(n) / n.length_squared(), e1.cross(p - a).dot(n) / n.length_squared());
     let (d1, d2) = (corners[1] - corners[0], corners[2] - corners[0]);
     let uv = corners[0] + d1 * b1 + d2 * b2;
     // Cramer's rule for the equations ∂p/∂u·du + ∂p/∂v·dv = dp of the two edges.

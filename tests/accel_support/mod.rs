@@ -208,7 +208,7 @@ pub fn closed_cylinder(base: DVec3, [u, v, h]: [DVec3; 3]) -> [Shape; 3] {
 pub fn scaled(shape: &Shape, scale: f32) -> Shape {
     let s = f64::from(scale);
     match shape {
-        Shape::Mesh(_) => panic!("not a quadric"),
+        Shape::Mesh(_) | Shape::Placed(_) => panic!("not a quadric"),
         Shape::Sphere(q) => Shape::Sphere(Sphere { centre: q.centre * scale, radius: q.radius * scale, flip: q.flip }),
         Shape::Disk(q) => {
             let at = |a, b| q.point(DVec2::new(a, b)).point.p;

@@ -58,14 +58,16 @@ pub fn camera(origin: DVec3, target: DVec3, fov: f64, pixels: u32) -> Camera {
     Camera {
         at: at(),
         to_world: DAffine3::from_mat3_translation(matrix, origin),
-        fov,
-        fov_axis: FovAxis::X,
+        projection: perspective(fov, FovAxis::X),
         near_clip: 1e-3,
         far_clip: 1e4,
-        principal_point_offset: (0.0, 0.0),
         film,
         sampler: Sampler { sample_count: 16, seed: 0 },
     }
+}
+
+pub fn perspective(degrees: f64, axis: FovAxis) -> Projection {
+    Projection::Perspective { fov: FieldOfView { degrees, axis }, principal_point_offset: (0.0, 0.0) }
 }
 
 pub fn shape(geometry: Geometry, to_world: DAffine3, bsdf: usize, emission: Option<f32>) -> Shape {
@@ -145,6 +147,8 @@ pub fn enclosure(albedo: f32, emission: f32) -> SceneDescription {
         textures: vec![],
         wants_uvs: false,
         shapes: walls(DVec3::new(1.0, 0.7, 1.3), emission),
+        groups: vec![],
+        instances: vec![],
         lights: vec![],
         warnings: vec![],
     }
@@ -155,6 +159,12 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
     let map = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), Default::default(), offset);
     for s in &mut scene.shapes {
         s.to_world = map * s.to_world;
+    }
+    for s in scene.groups.iter_mut().flat_map(|g| &mut g.shapes) {
+        s.to_world = DAffine3::from_scale(DVec3::splat(scale)) * s.to_world;
+    }
+    for i in &mut scene.instances {
+        i.to_world.translation = i.to_world.translation * scale + offset;
     }
     for l in &mut scene.lights {
         if let LightKind::Point { position, intensity } | LightKind::Spot { position, intensity, .. } = &mut l.kind {
@@ -170,6 +180,18 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
         c.to_world.translation = c.to_world.translation * scale + offset;
         c.near_clip *= scale;
         c.far_clip *= scale;
+        match &mut c.projection {
+            Projection::ThinLens { aperture_radius, focus_distance, .. } => {
+                *aperture_radius *= scale;
+                *focus_distance *= scale;
+            }
+            Projection::Orthographic => {
+                // The clip planes move with the axis that the camera looks along.
+                c.to_world.matrix3.x_axis *= scale;
+                c.to_world.matrix3.y_axis *= scale;
+            }
+            Projection::Perspective { .. } | Projection::Panorama => {}
+        }
     }
     scene
 }

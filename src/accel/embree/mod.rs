@@ -1,4 +1,5 @@
-//! The system's Embree, through `ffi/embree_shim.h`. Triangles only; quadrics go into a hierarchy of our own beside it.
+//! The system's Embree, through `ffi/embree_shim.h`. Triangles only; quadrics and what is placed go into hierarchies of our
+//! own beside it.
 //!
 //! Embree's answer is a proposal: its robust mode decides in f32, and takes now and then the triangle that a ray starts
 //! on for one that it meets (slivers mostly, whose normal has few right digits). So a hit near an end of the ray's
@@ -75,7 +76,7 @@ impl rt_hit {
     }
 }
 
-/// Embree for the triangles, our own for the quadrics.
+/// Embree for the triangles, our own for all else.
 #[derive(Debug)]
 pub(crate) struct Embree {
     /// `None` where the scene has no triangles. Borrows from `shapes`, so it is declared, and dropped, first.
@@ -84,7 +85,7 @@ pub(crate) struct Embree {
     shapes: Vec<Shape>,
     /// Length of the longest edge of each shape.
     longest_edges: Vec<f32>,
-    quadrics: Native,
+    others: Native,
     /// Hits of Embree that were none.
     false_hits: AtomicU64,
 }
@@ -99,18 +100,18 @@ impl Embree {
         } else {
             None
         };
-        let quadrics = Native::build_quadrics(&shapes);
+        let others = Native::build_others(&shapes);
         let longest_edges = shapes.iter().map(longest_edge).collect();
-        Ok(Self { scene, shapes, longest_edges, quadrics, false_hits: AtomicU64::new(0) })
+        Ok(Self { scene, shapes, longest_edges, others, false_hits: AtomicU64::new(0) })
     }
 
     /// See [`super::Accel::closest_hits_from`].
     pub(crate) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         let Some(scene) = &self.scene else {
-            return self.quadrics.closest_hits(rays, &[], hits);
+            return self.others.closest_hits(rays, start.primitives(), hits);
         };
         let mut found = [NO_HIT; CHUNK];
-        let mut stack = (!self.quadrics.is_empty()).then(TraversalStack::new);
+        let mut stack = (!self.others.is_empty()).then(TraversalStack::new);
         for (chunk, (rays, hits)) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)).enumerate() {
             scene.closest(rays, start.is_coherent(), &mut found);
             for (i, ((ray, found), hit)) in rays.iter().zip(&found).zip(hits).enumerate() {
@@ -120,7 +121,7 @@ impl Embree {
                     None => self.confirm_closest(scene, ray, from(), *found).hit,
                     Some(stack) => {
                         let mut nearest = self.confirm_closest(scene, ray, from(), *found);
-                        self.quadrics.improve_by_quadrics(ray, &mut nearest, stack);
+                        self.others.improve_by_others(ray, || from()[0], &mut nearest, stack);
                         nearest.hit
                     }
                 };
@@ -143,8 +144,8 @@ impl Embree {
                 }
             }
         }
-        if !self.quadrics.is_empty() {
-            self.quadrics.occluded(rays, &[], occluded);
+        if !self.others.is_empty() {
+            self.others.occluded(rays, ends, occluded);
         }
     }
 
@@ -223,7 +224,7 @@ impl Embree {
     /// See [`super::Accel::memory_bytes`].
     pub(crate) fn memory_bytes(&self) -> u64 {
         let copies: usize = self.shapes.iter().map(copy_bytes).sum();
-        self.scene.as_ref().map_or(0, Scene::memory_bytes) + copies as u64 + self.quadrics.memory_bytes()
+        self.scene.as_ref().map_or(0, Scene::memory_bytes) + copies as u64 + self.others.memory_bytes()
     }
 }
 
@@ -245,7 +246,7 @@ fn copy(shape: &Shape) -> Shape {
     }
 }
 
-/// The length of the longest edge, rounded up; 0 of a quadric.
+/// The length of the longest edge, rounded up; 0 of what is no mesh.
 fn longest_edge(shape: &Shape) -> f32 {
     let Shape::Mesh(mesh) = shape else { return 0.0 };
     let of_face = |face: u32| {
@@ -258,7 +259,7 @@ fn longest_edge(shape: &Shape) -> f32 {
 fn copy_bytes(shape: &Shape) -> usize {
     match shape {
         Shape::Mesh(mesh) => size_of_val(&*mesh.positions) + size_of_val(&*mesh.faces),
-        Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => 0,
+        Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) | Shape::Placed(_) => 0,
     }
 }
 

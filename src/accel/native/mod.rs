@@ -1,4 +1,5 @@
-//! Our own accelerator: wide bounding volume hierarchies, one over the triangles and one over the quadrics.
+//! Our own accelerator: wide bounding volume hierarchies, one over the triangles, one over the quadrics and one over what is
+//! placed, which has hierarchies of its own inside.
 //!
 //! The answer does not depend on the order in which boxes are visited, nor on how the tree was built: every primitive
 //! has one f32 distance (computed in f64 and rounded, see [`crate::shape::triangle`]), the nearest wins, at equal
@@ -8,6 +9,7 @@ mod block;
 mod build;
 mod collapse;
 mod flat;
+mod instance;
 mod wide;
 
 use super::Hit;
@@ -19,6 +21,7 @@ use build::Item;
 #[cfg(feature = "embree")]
 use flat::FLAT_LIMIT;
 use flat::FlatList;
+use instance::Instances;
 #[cfg(feature = "embree")]
 pub(crate) use wide::Stack as TraversalStack;
 use wide::{Stack, Tree};
@@ -26,11 +29,12 @@ use wide::{Stack, Tree};
 /// Rays that are answered at a time.
 const CHUNK: usize = 64;
 
-/// Both hierarchies; each is absent where the scene has nothing for it.
+/// The hierarchies; each is absent where the scene has nothing for it.
 #[derive(Debug)]
 pub(crate) struct Native {
     triangles: Option<Triangles>,
     quadrics: Option<Tree<QuadricBlock>>,
+    instances: Option<Instances>,
 }
 
 /// All triangles.
@@ -103,7 +107,7 @@ impl PreparedRay {
 impl Native {
     /// Builds over all of `shapes`, on the current rayon pool. The same trees for any number of threads.
     pub(crate) fn build(shapes: &[Shape]) -> Self {
-        Self { triangles: Triangles::build(shapes), ..Self::build_quadrics(shapes) }
+        Self { triangles: Triangles::build(shapes), ..Self::build_others(shapes) }
     }
 
     /// Builds over all of `shapes` if the triangles are few enough for a list, and there are any.
@@ -113,9 +117,14 @@ impl Native {
         (triangles <= FLAT_LIMIT).then(|| Self::build(shapes)).filter(Self::is_flat)
     }
 
-    /// Builds over the quadrics alone.
-    pub(crate) fn build_quadrics(shapes: &[Shape]) -> Self {
-        Self { triangles: None, quadrics: Tree::build(items(shapes, |s| !is_mesh(s)), shapes) }
+    /// Builds over what is no mesh alone: quadrics and what is placed.
+    pub(crate) fn build_others(shapes: &[Shape]) -> Self {
+        let is_quadric = |shape: &Shape| !is_mesh(shape) && !matches!(shape, Shape::Placed(_));
+        Self {
+            triangles: None,
+            quadrics: Tree::build(items(shapes, is_quadric), shapes),
+            instances: Instances::build(shapes),
+        }
     }
 
     /// Whether its triangles are few enough for a list.
@@ -126,13 +135,13 @@ impl Native {
     /// Whether it holds nothing.
     #[cfg(feature = "embree")]
     pub(crate) fn is_empty(&self) -> bool {
-        self.triangles.is_none() && self.quadrics.is_none()
+        self.triangles.is_none() && self.quadrics.is_none() && self.instances.is_none()
     }
 
     /// The closest hit of each ray; see [`super::Accel::closest_hits_from`].
     pub(crate) fn closest_hits(&self, rays: &[Ray], from: &[Hit], hits: &mut [Hit]) {
         let mut stack = Stack::new();
-        let with_distances = self.quadrics.is_some();
+        let with_distances = self.quadrics.is_some() || self.instances.is_some();
         let mut nearest = [Nearest { t: 0.0, hit: Hit::NONE }; CHUNK];
         for ((chunk, rays), hits) in rays.chunks(CHUNK).enumerate().zip(hits.chunks_mut(CHUNK)) {
             let nearest = &mut nearest[..rays.len()];
@@ -142,18 +151,27 @@ impl Native {
                 Some(Triangles::Tree(tree)) => tree.closest_hits(rays, from, nearest, &mut stack),
                 None => nearest.iter_mut().zip(rays).for_each(|(nearest, ray)| *nearest = Nearest::none(ray)),
             }
-            for ((ray, nearest), hit) in rays.iter().zip(nearest).zip(hits) {
-                self.improve_by_quadrics(ray, nearest, &mut stack);
+            for (i, ((ray, nearest), hit)) in rays.iter().zip(nearest).zip(hits).enumerate() {
+                self.improve_by_others(ray, || from.get(i).copied().unwrap_or(Hit::NONE), nearest, &mut stack);
                 *hit = nearest.hit;
             }
         }
     }
 
-    /// Takes the quadric that is nearer than `nearest`, if any.
+    /// Takes what is no mesh of the scene and nearer than `nearest`, if anything is. The ray starts on the primitive `from`.
     #[inline]
-    pub(crate) fn improve_by_quadrics(&self, ray: &Ray, nearest: &mut Nearest, stack: &mut Stack) {
+    pub(crate) fn improve_by_others(
+        &self,
+        ray: &Ray,
+        from: impl FnOnce() -> Hit,
+        nearest: &mut Nearest,
+        stack: &mut Stack,
+    ) {
         if let Some(tree) = &self.quadrics {
-            tree.improve(ray, nearest, stack);
+            tree.improve(&PreparedRay::new(ray, [Hit::NONE; 2]), nearest, stack);
+        }
+        if let Some(instances) = &self.instances {
+            instances.improve(&PreparedRay::new(ray, [from(), Hit::NONE]), nearest, stack);
         }
     }
 
@@ -168,12 +186,16 @@ impl Native {
         if let Some(tree) = &self.quadrics {
             tree.occluded(rays, ends, occluded);
         }
+        if let Some(instances) = &self.instances {
+            instances.occluded(rays, ends, occluded);
+        }
     }
 
     /// Bytes held.
     pub(crate) fn memory_bytes(&self) -> u64 {
         self.triangles.as_ref().map_or(0, Triangles::memory_bytes)
             + self.quadrics.as_ref().map_or(0, Tree::memory_bytes)
+            + self.instances.as_ref().map_or(0, Instances::memory_bytes)
     }
 }
 

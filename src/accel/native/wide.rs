@@ -15,6 +15,8 @@
 //! * u·(R + p) for the rounding of o^±,
 //! * 3·u·R for the difference, the reciprocal and the product, for |lo − o| ≤ R,
 //! * u·R for the rounding of the best distance so far to f32, for t·|d| ≤ R,
+//! * 2·u·R in a tree of a group, whose rays are rounded to f32 for the boxes, origin and direction (there, a hit lies on
+//!   the ray to the rounding of f64, so that 6·u·R is not needed),
 //! * 2⁻⁴⁰·R where a component of d is so small that d' is not d (below).
 //!
 //! Their sum is below 12·u·R, so p = 16·u·R ([`PADDING_ROUNDINGS`]) makes every computed entry at most, and every computed
@@ -28,9 +30,10 @@
 //! # Depth
 //!
 //! A node leaves at most seven children on the stack while the eighth is visited, and no path has more nodes than one of
-//! the binary tree that it comes from: the stack has [`STACK_SIZE`] entries.
+//! the binary tree that it comes from. Where the leaves hold trees themselves ([`super::instance`]), one of these stands
+//! above the other on the stack: it has [`STACK_SIZE`] entries.
 
-use super::block::Block;
+use super::block::{Block, BlockRay};
 use super::build::{self, BinaryNode, Item, Kind, MAX_DEPTH};
 use super::collapse::Plans;
 use super::{Nearest, PreparedRay};
@@ -38,7 +41,6 @@ use crate::accel::Hit;
 use crate::math::bounds::Bounds;
 use crate::math::float::{UNIT_ROUNDOFF, max, min};
 use crate::math::ray::Ray;
-use crate::shape::Shape;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 use rayon::prelude::*;
@@ -52,8 +54,11 @@ const PADDING_ROUNDINGS: f32 = 16.0;
 /// The least size of a component of d', as a fraction of the largest.
 const LEAST_COMPONENT: f32 = 1.0 / (1u64 << 40) as f32;
 
+/// Trees that may stand above each other on a stack.
+const LEVELS: usize = 2;
+
 /// See the head.
-const STACK_SIZE: usize = (WIDTH - 1) * MAX_DEPTH + 1;
+const STACK_SIZE: usize = LEVELS * ((WIDTH - 1) * MAX_DEPTH + 1);
 
 /// Marks a child reference as one to a block.
 const BLOCK: u32 = 1 << 31;
@@ -160,9 +165,13 @@ impl Stack {
         self.len += 1;
     }
 
+    /// The last of the entries after the first `base`.
     #[inline(always)]
-    fn pop(&mut self) -> Option<(f32, u32)> {
-        self.len = self.len.checked_sub(1)?;
+    fn pop(&mut self, base: usize) -> Option<(f32, u32)> {
+        if self.len <= base {
+            return None;
+        }
+        self.len -= 1;
         Some(self.entries[self.len])
     }
 }
@@ -180,7 +189,7 @@ pub(super) struct Tree<B> {
 
 impl<B: Block> Tree<B> {
     /// Builds over `items`; none where there are none.
-    pub(super) fn build(mut items: Vec<Item>, shapes: &[Shape]) -> Option<Self> {
+    pub(super) fn build(mut items: Vec<Item>, source: &B::Source) -> Option<Self> {
         if items.is_empty() {
             return None;
         }
@@ -189,7 +198,7 @@ impl<B: Block> Tree<B> {
         let root = layout.add(0);
         let Layout { mut nodes, leaves, .. } = layout;
         nodes.shrink_to_fit();
-        let blocks = leaves.into_par_iter().with_min_len(1024).map(|leaf| B::new(&items[leaf], shapes)).collect();
+        let blocks = leaves.into_par_iter().with_min_len(1024).map(|leaf| B::new(&items[leaf], source)).collect();
         let Bounds { min, max } = binary[0].bounds;
         Some(Self { nodes, blocks, root, reach: min.abs().max(max.abs()).max_element(), level: Level::new() })
     }
@@ -200,17 +209,16 @@ impl<B: Block> Tree<B> {
     }
 
     /// Offers every hit that can be the nearest.
-    pub(super) fn improve(&self, ray: &Ray, nearest: &mut Nearest, stack: &mut Stack) {
-        let prepared = PreparedRay::new(ray, [Hit::NONE; 2]);
-        dispatch!(self.level, simd => self.closest(simd, &prepared, nearest, stack));
+    pub(super) fn improve(&self, ray: &B::Ray, nearest: &mut Nearest, stack: &mut Stack) {
+        dispatch!(self.level, simd => self.closest(simd, ray, nearest, stack));
     }
 
     #[inline(always)]
-    fn closest<S: Simd>(&self, simd: S, ray: &PreparedRay, nearest: &mut Nearest, stack: &mut Stack) {
-        let slab = SlabRay::new(&ray.ray, self.reach);
-        stack.len = 0;
+    fn closest<S: Simd>(&self, simd: S, ray: &B::Ray, nearest: &mut Nearest, stack: &mut Stack) {
+        let slab = SlabRay::new(ray.line(), self.reach);
+        let base = stack.len;
         stack.push(0.0, self.root);
-        while let Some((entry, mut child)) = stack.pop() {
+        while let Some((entry, mut child)) = stack.pop(base) {
             if entry > nearest.t {
                 continue;
             }
@@ -222,11 +230,40 @@ impl<B: Block> Tree<B> {
                 }
             }
             if child & BLOCK != 0 {
-                self.blocks[(child & !BLOCK) as usize].closest(ray, nearest);
+                self.blocks[(child & !BLOCK) as usize].closest(ray, nearest, stack);
             }
         }
     }
 
+    /// Whether a ray meets anything.
+    pub(super) fn meets(&self, ray: &B::Ray, stack: &mut Stack) -> bool {
+        dispatch!(self.level, simd => self.any(simd, ray, stack))
+    }
+
+    /// Whether anything is hit.
+    #[inline(always)]
+    fn any<S: Simd>(&self, simd: S, ray: &B::Ray, stack: &mut Stack) -> bool {
+        let slab = SlabRay::new(ray.line(), self.reach);
+        let base = stack.len;
+        stack.push(0.0, self.root);
+        while let Some((_, mut child)) = stack.pop(base) {
+            while child & BLOCK == 0 {
+                let node = &self.nodes[child as usize];
+                match descend(node, slab.meets(simd, node, ray.line().tmax), stack) {
+                    Some(next) => child = next,
+                    None => break,
+                }
+            }
+            if child & BLOCK != 0 && self.blocks[(child & !BLOCK) as usize].any(ray, stack) {
+                stack.len = base;
+                return true;
+            }
+        }
+        false
+    }
+}
+
+impl<B: Block<Ray = PreparedRay>> Tree<B> {
     /// The nearest hit of each ray.
     pub(super) fn closest_hits(&self, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
         dispatch!(self.level, simd => self.closest_all(simd, rays, from, nearest, stack));
@@ -253,27 +290,6 @@ impl<B: Block> Tree<B> {
             let ends = ends.get(i).copied().unwrap_or([Hit::NONE; 2]);
             *occluded = *occluded || self.any(simd, &PreparedRay::new(ray, ends), &mut stack);
         }
-    }
-
-    /// Whether anything is hit.
-    #[inline(always)]
-    fn any<S: Simd>(&self, simd: S, ray: &PreparedRay, stack: &mut Stack) -> bool {
-        let slab = SlabRay::new(&ray.ray, self.reach);
-        stack.len = 0;
-        stack.push(0.0, self.root);
-        while let Some((_, mut child)) = stack.pop() {
-            while child & BLOCK == 0 {
-                let node = &self.nodes[child as usize];
-                match descend(node, slab.meets(simd, node, ray.ray.tmax), stack) {
-                    Some(next) => child = next,
-                    None => break,
-                }
-            }
-            if child & BLOCK != 0 && self.blocks[(child & !BLOCK) as usize].any(ray) {
-                return true;
-            }
-        }
-        false
     }
 }
 

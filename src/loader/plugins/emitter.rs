@@ -172,8 +172,8 @@ fn projector(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     }
     let map = Arc::new(slide(b, p)?);
     let scale = scale(p)?;
-    let (fov, fov_axis) = field_of_view(p)?;
-    Ok(Emitter::Light(LightKind::Projector { map, scale, to_world, fov, fov_axis }))
+    let fov = field_of_view(p)?;
+    Ok(Emitter::Light(LightKind::Projector { map, scale, to_world, fov }))
 }
 
 /// The picture that the bitmap 'irradiance' names.

@@ -5,6 +5,7 @@ pub(crate) mod bsdf;
 pub(crate) mod colour;
 pub(crate) mod emitter;
 pub(crate) mod film;
+pub(crate) mod group;
 pub(crate) mod integrator;
 pub(crate) mod principled;
 pub(crate) mod sensor;
@@ -112,8 +113,13 @@ const MITSUBA: &[(Category, &[&str])] = &[
     (Category::Volume, &["constvolume", "gridvolume"]),
 ];
 
-fn mitsuba(category: Category) -> &'static [&'static str] {
-    MITSUBA.iter().find(|row| row.0 == category).map_or(&[], |row| row.1)
+/// Plugins that Mitsuba does not have.
+const OWN: &[(Category, &[&str])] = &[(Category::Sensor, &["panorama"])];
+
+/// Every plugin that a file may name.
+fn known(category: Category) -> impl Iterator<Item = &'static str> {
+    let rows = MITSUBA.iter().chain(OWN).filter(move |row| row.0 == category);
+    rows.flat_map(|row| row.1).copied()
 }
 
 /// The entry of `table` for an object's plugin, or an error that says what there is.
@@ -125,10 +131,10 @@ pub(crate) fn find<T: Copy>(document: &Document, id: ObjectId, table: &[(&'stati
     }
 }
 
-/// An error unless Mitsuba has the plugin.
+/// An error unless there is such a plugin.
 pub(crate) fn check_known(document: &Document, id: ObjectId) -> Result<()> {
     let object = &document.objects[id];
-    if mitsuba(object.category).contains(&object.plugin.as_str()) {
+    if known(object.category).any(|name| name == object.plugin) {
         return Ok(());
     }
     Err(unknown(document, id, std::iter::empty()))
@@ -136,9 +142,8 @@ pub(crate) fn check_known(document: &Document, id: ObjectId) -> Result<()> {
 
 fn unknown(document: &Document, id: ObjectId, supported: impl Iterator<Item = &'static str>) -> Error {
     let object = &document.objects[id];
-    let known = mitsuba(object.category);
     let tag = object.category.tag();
-    if known.contains(&object.plugin.as_str()) {
+    if known(object.category).any(|name| name == object.plugin) {
         let list: Vec<&str> = supported.collect();
         let what = format!("{tag} plugin '{}'", object.plugin);
         return document.sources.unsupported(object.plugin_at, what, format!("; supported: {}", list.join(", ")));
@@ -146,7 +151,7 @@ fn unknown(document: &Document, id: ObjectId, supported: impl Iterator<Item = &'
     let elsewhere = MITSUBA.iter().find(|row| row.1.contains(&object.plugin.as_str()));
     let hint = match elsewhere {
         Some((category, _)) => format!("; '{}' is a plugin for <{}>", object.plugin, category.tag()),
-        None => suggestion(&object.plugin, known.iter().copied()),
+        None => suggestion(&object.plugin, known(object.category)),
     };
     document.sources.error(object.plugin_at, format!("unknown {tag} plugin '{}'{hint}", object.plugin))
 }

@@ -7,14 +7,14 @@ use crate::error::{Error, Result};
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId};
 use crate::loader::params::Params;
-use crate::loader::{cube, normals, obj, ply};
+use crate::loader::{cube, normals, obj, ply, serialized};
 use glam::{DAffine3, DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 type ShapeFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Made>;
 
-/// The supported shape plugins.
+/// The supported shape plugins, beside `shapegroup` and `instance` ([`super::group`]).
 const SHAPES: &[(&str, ShapeFn)] = &[
     ("cube", cube),
     ("cylinder", cylinder),
@@ -22,6 +22,7 @@ const SHAPES: &[(&str, ShapeFn)] = &[
     ("obj", obj_mesh),
     ("ply", ply_mesh),
     ("rectangle", rectangle),
+    ("serialized", serialized_mesh),
     ("sphere", sphere),
 ];
 
@@ -37,11 +38,20 @@ struct Made {
     file: Option<String>,
 }
 
+/// A format of mesh files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Format {
+    Obj,
+    Ply,
+    /// With the number of the mesh in the file.
+    Serialized(u32),
+}
+
 /// What meshes must agree in to be read once.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct MeshKey {
     path: PathBuf,
-    is_ply: bool,
+    format: Format,
     face_normals: bool,
     uvs: bool,
     flip_uvs: bool,
@@ -77,7 +87,7 @@ pub(crate) fn shape(b: &mut Builder<'_>, id: ObjectId) -> Result<Shape> {
     Ok(shape)
 }
 
-fn to_world(p: &Params<'_>) -> Result<DAffine3> {
+pub(super) fn to_world(p: &Params<'_>) -> Result<DAffine3> {
     let m = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
     let determinant = m.matrix3.determinant();
     if determinant == 0.0 || !determinant.is_finite() || !m.inverse().is_finite() {
@@ -150,17 +160,24 @@ fn uniform_scale(m: DMat3, tolerance: f64) -> Option<f64> {
 }
 
 fn obj_mesh(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
-    mesh(b, p, false)
+    let flip_uvs = p.boolean("flip_tex_coords", true)?;
+    mesh(b, p, Format::Obj, flip_uvs)
 }
 
 fn ply_mesh(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
-    mesh(b, p, true)
+    let flip_uvs = p.boolean("flip_tex_coords", false)?;
+    mesh(b, p, Format::Ply, flip_uvs)
 }
 
-fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
+/// Mitsuba takes the texture coordinates of these files as they are.
+fn serialized_mesh(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
+    let index = p.unsigned("shape_index", 0, 0)?;
+    mesh(b, p, Format::Serialized(index), false)
+}
+
+fn mesh(b: &mut Builder<'_>, p: &Params<'_>, format: Format, flip_uvs: bool) -> Result<Made> {
     let file = p.required_text("filename")?;
     let face_normals = p.boolean("face_normals", false)?;
-    let flip_uvs = p.boolean("flip_tex_coords", !is_ply)?;
     let uvs = match p.child(Category::Bsdf)? {
         Some((bsdf, _)) => b.bsdf(bsdf).map(|id| b.needs_uvs(id))?,
         None => b.wants_uvs(),
@@ -172,7 +189,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
     // A mesh that needs no normals of its own computing is the same in every frame, but that shows only once it is read.
     let key = |linear: DMat3| MeshKey {
         path: canonical.clone(),
-        is_ply,
+        format,
         face_normals,
         uvs,
         flip_uvs,
@@ -188,7 +205,11 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, is_ply: bool) -> Result<Made> {
             loaded
         }
     };
-    Ok(Made { geometry: Geometry::Mesh(loaded.mesh), to_world, flip: false, file: Some(file.into()) })
+    let name = match format {
+        Format::Serialized(index) => format!("{file}@{index}"),
+        Format::Obj | Format::Ply => file.into(),
+    };
+    Ok(Made { geometry: Geometry::Mesh(loaded.mesh), to_world, flip: false, file: Some(name) })
 }
 
 /// A mesh and whether its normals (or their absence) came from the file.
@@ -200,7 +221,11 @@ pub(crate) struct LoadedMesh {
 
 fn read(b: &mut Builder<'_>, p: &Params<'_>, key: &MeshKey, linear: DMat3) -> Result<LoadedMesh> {
     let (path, face_normals) = (&key.path, key.face_normals);
-    let mesh = if key.is_ply { ply::read(path, key.uvs) } else { obj::read(path, key.uvs) };
+    let mesh = match key.format {
+        Format::Obj => obj::read(path, key.uvs),
+        Format::Ply => ply::read(path, key.uvs),
+        Format::Serialized(index) => serialized::read(path, index, key.uvs),
+    };
     let mut mesh = mesh.map_err(|e| match e {
         Error::File { message, .. } => p.error("filename", format!("cannot read '{}': {message}", path.display())),
         other => other,

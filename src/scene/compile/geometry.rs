@@ -1,8 +1,9 @@
 //! Shapes: from object space in f64 to the compiled scene's space in f32.
 
+use super::instances;
 use crate::accel::Accel;
 use crate::description::{self, Geometry, SceneDescription};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Span};
 use crate::math::bounds::DBounds;
 use crate::scene::space::ToScene;
 use crate::shape::cylinder::Cylinder;
@@ -17,7 +18,13 @@ const RECTANGLE: [DVec3; 4] =
 
 /// The box around every surface, in the file's world space.
 pub(super) fn bounds(description: &SceneDescription) -> DBounds {
-    description.shapes.iter().fold(DBounds::EMPTY, |all, shape| {
+    let own = bounds_of(&description.shapes);
+    instances::bounds(description).fold(own, DBounds::union)
+}
+
+/// The box around shapes, in the space that their to_world leads to.
+pub(super) fn bounds_of(shapes: &[description::Shape]) -> DBounds {
+    shapes.iter().fold(DBounds::EMPTY, |all, shape| {
         let points =
             |points: &[DVec3]| points.iter().fold(DBounds::EMPTY, |b, &p| b.with(shape.to_world.transform_point3(p)));
         all.union(match &shape.geometry {
@@ -39,14 +46,39 @@ pub(super) fn bounds(description: &SceneDescription) -> DBounds {
     })
 }
 
-/// Every shape that has a surface, and for each the index of its description.
-pub(super) fn shapes(
-    description: &SceneDescription,
+/// The shapes of the compiled scene, and for each its description and the space that it was compiled for: the scene's, or
+/// that of its group.
+#[derive(Default)]
+pub(super) struct Compiled<'a> {
+    pub(super) shapes: Vec<Shape>,
+    pub(super) kept: Vec<&'a description::Shape>,
+    pub(super) spaces: Vec<ToScene>,
+}
+
+/// Every shape that has a surface: those that stand by themselves, then those of each instance.
+pub(super) fn shapes<'a>(
+    description: &'a SceneDescription,
     to_scene: &ToScene,
     warnings: &mut Vec<String>,
-) -> Result<(Vec<Shape>, Vec<usize>)> {
-    let (mut shapes, mut kept) = (Vec::new(), Vec::new());
-    for (index, shape) in description.shapes.iter().enumerate() {
+) -> Result<Compiled<'a>> {
+    let Compiled { shapes, kept, spaces } = own_shapes(&description.shapes, to_scene, warnings)?;
+    let with_planes = |shape| match shape {
+        Shape::Mesh(mesh) => Shape::Mesh(mesh.with_planes()),
+        quadric => quadric,
+    };
+    let mut compiled = Compiled { shapes: shapes.into_iter().map(with_planes).collect(), kept, spaces };
+    instances::place(description, to_scene, &mut compiled, warnings)?;
+    Ok(compiled)
+}
+
+/// Those of `described` that have a surface.
+pub(super) fn own_shapes<'a>(
+    described: &'a [description::Shape],
+    to_scene: &ToScene,
+    warnings: &mut Vec<String>,
+) -> Result<Compiled<'a>> {
+    let Compiled { mut shapes, mut kept, .. } = Compiled::default();
+    for shape in described {
         let compiled = match &shape.geometry {
             Geometry::Mesh(mesh) => Some(Shape::Mesh(compile_mesh(shape, mesh, to_scene)?)),
             Geometry::Rectangle => Some(Shape::Mesh(compile_rectangle(shape, to_scene)?)),
@@ -61,22 +93,26 @@ pub(super) fn shapes(
                     warnings.push(format!("{}: {dropped} triangles of '{}' have no area", shape.at, shape.name));
                 }
                 if !mesh.faces.is_empty() {
-                    let mut mesh = mesh.with_planes();
                     if !mesh.normals.is_empty() && mesh.is_flat() {
                         mesh.normals = Vec::new();
                     }
                     shapes.push(Shape::Mesh(mesh));
-                    kept.push(index);
+                    kept.push(shape);
                 }
             }
             Some(quadric) => {
                 shapes.push(quadric);
-                kept.push(index);
+                kept.push(shape);
             }
-            None => warnings.push(format!("{}: '{}' is too small beside the scene to be seen", shape.at, shape.name)),
+            None => warnings.push(too_small(&shape.at, &shape.name)),
         }
     }
-    Ok((shapes, kept))
+    let spaces = vec![*to_scene; shapes.len()];
+    Ok(Compiled { shapes, kept, spaces })
+}
+
+pub(super) fn too_small(at: &Span, name: &str) -> String {
+    format!("{at}: '{name}' is too small beside the scene to be seen")
 }
 
 fn compile_mesh(shape: &description::Shape, mesh: &description::Mesh, to_scene: &ToScene) -> Result<TriangleMesh> {
@@ -107,7 +143,7 @@ fn compile_sphere(shape: &description::Shape, to_scene: &ToScene) -> Result<Opti
     let centre = to_scene.point(centre).as_vec3();
     let radius = (radius * to_scene.unit) as f32;
     if !centre.is_finite() {
-        return Err(not_finite(shape));
+        return Err(not_finite(&shape.at, &shape.name));
     }
     Ok((radius > 0.0).then_some(Shape::Sphere(Sphere { centre, radius, flip: shape.flip_normals })))
 }
@@ -119,7 +155,7 @@ fn compile_disk(shape: &description::Shape, to_scene: &ToScene) -> Result<Option
     let centre = to_scene.point(m.translation);
     let [u, v] = [m.matrix3.x_axis, m.matrix3.y_axis].map(|axis| axis * to_scene.unit);
     if !centre.is_finite() || !u.is_finite() || !v.is_finite() {
-        return Err(not_finite(shape));
+        return Err(not_finite(&shape.at, &shape.name));
     }
     Ok(Disk::new(centre, u, v, front).map(Shape::Disk))
 }
@@ -129,7 +165,7 @@ fn compile_cylinder(shape: &description::Shape, to_scene: &ToScene) -> Result<Op
     let (base, axes) = world_cylinder(shape);
     let (base, axes) = (to_scene.point(base), axes.map(|axis| axis * to_scene.unit));
     if !base.is_finite() || !axes.iter().all(|axis| axis.is_finite()) {
-        return Err(not_finite(shape));
+        return Err(not_finite(&shape.at, &shape.name));
     }
     Ok(Cylinder::new(base, axes, shape.flip_normals).map(Shape::Cylinder))
 }
@@ -165,7 +201,7 @@ fn world_sphere(shape: &description::Shape) -> Option<(DVec3, f64)> {
 
 fn positions(shape: &description::Shape, points: &[DVec3], to_scene: &ToScene) -> Result<Vec<glam::Vec3>> {
     let points: Vec<_> = points.iter().map(|&p| to_scene.point(shape.to_world.transform_point3(p)).as_vec3()).collect();
-    if points.iter().all(|p| p.is_finite()) { Ok(points) } else { Err(not_finite(shape)) }
+    if points.iter().all(|p| p.is_finite()) { Ok(points) } else { Err(not_finite(&shape.at, &shape.name)) }
 }
 
 fn inverse_transpose(shape: &description::Shape) -> Result<DMat3> {
@@ -178,8 +214,8 @@ fn inverse_transpose(shape: &description::Shape) -> Result<DMat3> {
     }
 }
 
-fn not_finite(shape: &description::Shape) -> Error {
-    Error::scene(&shape.at, format!("'{}' reaches to where numbers end: a coordinate is not finite", shape.name))
+pub(super) fn not_finite(at: &Span, name: &str) -> Error {
+    Error::scene(at, format!("'{name}' reaches to where numbers end: a coordinate is not finite"))
 }
 
 /// Refuses, before anything is made of them, more triangles than the accelerators can number.
@@ -205,7 +241,6 @@ fn drop_degenerate(mesh: &mut TriangleMesh) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Span;
     use std::path::Path;
 
     #[test]

@@ -1,7 +1,7 @@
 //! Lights that are not attached to a shape.
 
-use super::half_width;
-use crate::description::{self, FovAxis, LightKind};
+use super::camera::half_width;
+use crate::description::{self, FieldOfView, LightKind};
 use crate::error::{Error, Result, Span};
 use crate::image::Picture;
 use crate::light::{ConstantLight, DirectionalLight, EnvironmentLight, Light, PointLight, ProjectorLight, SpotLight};
@@ -54,8 +54,8 @@ pub(super) fn compile(light: &description::Light, place: &Place) -> Result<Optio
             };
             ("spot", visible(intensity).map(|_| Light::Spot(spot)))
         }
-        LightKind::Projector { map, scale, to_world, fov, fov_axis } => {
-            let light = projector(at, map, *scale, to_world, (*fov, *fov_axis), place)?;
+        LightKind::Projector { map, scale, to_world, fov } => {
+            let light = projector(at, map, *scale, to_world, *fov, place)?;
             ("projector", light.map(Light::Projector))
         }
     };
@@ -93,12 +93,12 @@ fn projector(
     map: &Arc<Picture>,
     scale: f64,
     to_world: &DAffine3,
-    (fov, axis): (f64, FovAxis),
+    fov: FieldOfView,
     place: &Place,
 ) -> Result<Option<ProjectorLight>> {
     let brightest = check_map(at, "an irradiance", map, scale)?;
     let aspect = f64::from(map.width()) / f64::from(map.height());
-    let half_width = half_width(fov, axis, aspect);
+    let half_width = half_width(fov, aspect);
     let axes = orthonormal(at, to_world.matrix3)?;
     let unit = place.to_scene.unit;
     let point = point_light(at, to_world.translation, brightest, place)?;

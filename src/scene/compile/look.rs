@@ -1,5 +1,6 @@
 //! What shapes look like: materials, and lights on surfaces and apart from them.
 
+use super::geometry::Compiled;
 use super::lights::{self, Place, check_colour};
 use super::material::Materials;
 use super::{tangents, uvs};
@@ -23,17 +24,15 @@ pub(super) struct Look {
     pub(super) light_names: Vec<String>,
 }
 
-/// Compiles what the kept shapes look like (`kept[i]` is the description of `shapes[i]`), and every light.
+/// Compiles what the kept shapes look like, and every light.
 pub(super) fn compile(
     description: &SceneDescription,
-    shapes: &[Shape],
-    kept: &[usize],
+    Compiled { shapes, kept, spaces }: &Compiled<'_>,
     place: &Place,
     warnings: &mut Vec<String>,
 ) -> Result<Look> {
-    let mut look = Look::default();
-    for (index, (shape, &described)) in (0u32..).zip(shapes.iter().zip(kept)) {
-        let described = &description.shapes[described];
+    let (mut look, mut fields, mut uv_fields) = (Look::default(), tangents::Fields::default(), uvs::Fields::default());
+    for (index, ((shape, &described), space)) in (0u32..).zip(shapes.iter().zip(kept).zip(spaces)) {
         let material = look.materials.index(description, described.bsdf, place.to_scene.unit)?;
         let light = match described.emission {
             Some(radiance) if !radiance.is_black() => {
@@ -48,9 +47,9 @@ pub(super) fn compile(
             _ => None,
         };
         let needs = description.bsdfs[described.bsdf.0].needs(&description.bsdfs, &description.textures);
-        let tangents = needs.tangents.then(|| add(&mut look.tangents, tangents::field(described, shape)));
+        let tangents = needs.tangents.then(|| add(&mut look.tangents, fields.of(described, shape)));
         let uvs =
-            (needs.uvs || description.wants_uvs).then(|| add(&mut look.uvs, uvs::field(described, &place.to_scene)));
+            (needs.uvs || description.wants_uvs).then(|| add(&mut look.uvs, uv_fields.of(described, shape, space)));
         let is_emitter = described.emission.is_some();
         look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs });
     }

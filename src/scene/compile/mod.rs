@@ -1,6 +1,8 @@
 //! From the scene description to the compiled scene: the only place that knows both.
 
+mod camera;
 mod geometry;
+mod instances;
 mod lights;
 mod look;
 mod material;
@@ -10,14 +12,15 @@ mod uvs;
 use super::space::ToScene;
 use super::{Features, FilmSettings, Scene};
 use crate::accel::{Accel, Accelerator};
-use crate::camera::{Perspective, Pinhole};
-use crate::description::{Camera, FovAxis, SceneDescription};
+use crate::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::light::{Light, UniformLightSampler};
 use crate::material::Material;
 use crate::shape::Shape;
-use glam::{DVec2, DVec3};
 use lights::Place;
+use look::Look;
+use std::collections::HashSet;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How to compile.
@@ -56,31 +59,14 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let mut warnings = Vec::new();
     let bounds = geometry::bounds(description);
     let to_scene = ToScene::fitting(&bounds);
-    let (shapes, kept) = geometry::shapes(description, &to_scene, &mut warnings)?;
-    let look = look::compile(description, &shapes, &kept, &Place { bounds, to_scene }, &mut warnings)?;
+    let compiled = geometry::shapes(description, &to_scene, &mut warnings)?;
+    let look = look::compile(description, &compiled, &Place { bounds, to_scene }, &mut warnings)?;
+    let shapes = compiled.shapes;
     let start = Instant::now();
     let accel = Accel::build(options.accelerator, &shapes, options.threads)?;
     let accel_build = start.elapsed();
-    let lobes = look.materials.all.iter().map(Material::lobes);
-    let is_sky = |l: &Light| matches!(l, Light::Constant(_) | Light::Environment(_));
+    let features = features(description, &shapes, &look);
     let infinite_lights: Vec<u32> = (0u32..).zip(&look.lights).filter(|(_, l)| is_sky(l)).map(|(i, _)| i).collect();
-    let quadrics = shapes.iter().filter(|s| !matches!(s, Shape::Mesh(_))).count() as u64;
-    let count = |kind: fn(&Light) -> bool| look.lights.iter().filter(|l| kind(l)).count() as u64;
-    let features = Features {
-        triangles: shapes.iter().map(|s| s.primitive_count() as u64).sum::<u64>() - quadrics,
-        quadrics,
-        vertex_normals: shapes.iter().any(|s| matches!(s, Shape::Mesh(m) if !m.normals.is_empty())),
-        delta_lobes: lobes.clone().any(|l| l.delta),
-        transmission: lobes.clone().any(|l| l.transmits),
-        anisotropy: lobes.clone().any(|l| l.anisotropic),
-        textures: description.textures.iter().filter(|t| t.is_varying()).count() as u64,
-        area_lights: count(|l| matches!(l, Light::Area(_))),
-        infinite_lights: infinite_lights.len() as u64,
-        directional_lights: count(|l| matches!(l, Light::Directional(_))),
-        point_lights: count(|l| matches!(l, Light::Point(_))),
-        spot_lights: count(|l| matches!(l, Light::Spot(_))),
-        projector_lights: count(|l| matches!(l, Light::Projector(_))),
-    };
     let film = FilmSettings {
         size: (camera.film.width, camera.film.height),
         crop: camera.film.crop,
@@ -90,7 +76,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         pixel_format: camera.film.pixel_format,
     };
     let scene = Scene {
-        camera: compile_camera(camera, &to_scene)?,
+        camera: camera::compile(camera, &to_scene)?,
         film,
         shapes,
         appearances: look.appearances,
@@ -109,40 +95,39 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     Ok(Compiled { scene, light_names: look.light_names, warnings, accel_build })
 }
 
-fn compile_camera(camera: &Camera, to_scene: &ToScene) -> Result<Perspective> {
-    let axis = |v: DVec3| {
-        let a = (camera.to_world.matrix3 * v).normalize();
-        let fail = || Error::scene(&camera.at, "the camera's to_world gives it no direction");
-        if a.is_finite() { Ok(a) } else { Err(fail()) }
-    };
-    let (width, height) = (f64::from(camera.film.width), f64::from(camera.film.height));
-    let (x, y) = camera.principal_point_offset;
-    let origin = to_scene.point(camera.to_world.translation);
-    let clip = (camera.near_clip * to_scene.unit, camera.far_clip * to_scene.unit);
-    if !origin.as_vec3().is_finite() || !(clip.0 as f32).is_finite() {
-        return Err(Error::scene(&camera.at, "the camera is too far away for the size of the scene"));
-    }
-    Ok(Perspective::new(&Pinhole {
-        origin,
-        left: axis(DVec3::X)?,
-        up: axis(DVec3::Y)?,
-        forward: axis(DVec3::Z)?,
-        film: DVec2::new(width, height),
-        half_width: half_width(camera.fov, camera.fov_axis, width / height),
-        principal_point: DVec2::new(x, y),
-        clip,
-    }))
+/// Whether rays that meet nothing else meet this light.
+fn is_sky(light: &Light) -> bool {
+    matches!(light, Light::Constant(_) | Light::Environment(_))
 }
 
-/// Tangent of half the horizontal field of view, for a film of this width over height.
-fn half_width(fov: f64, axis: FovAxis, aspect: f64) -> f64 {
-    let tan = libm::tan(0.5 * fov.to_radians());
-    let along_x = match axis {
-        FovAxis::X => true,
-        FovAxis::Y => false,
-        FovAxis::Smaller => aspect <= 1.0,
-        FovAxis::Larger => aspect >= 1.0,
-        FovAxis::Diagonal => return tan / (1.0 + 1.0 / (aspect * aspect)).sqrt(),
-    };
-    if along_x { tan } else { tan * aspect }
+/// What the scene has; of a group once, however often it is placed.
+fn features(description: &SceneDescription, shapes: &[Shape], look: &Look) -> Features {
+    let mut groups = HashSet::new();
+    let stored: Vec<&Shape> = shapes
+        .iter()
+        .flat_map(|shape| match shape {
+            Shape::Placed(placed) if groups.insert(Arc::as_ptr(&placed.group)) => &placed.group.shapes[..],
+            Shape::Placed(_) => &[],
+            own => std::slice::from_ref(own),
+        })
+        .collect();
+    let quadrics = stored.iter().filter(|s| !matches!(s, Shape::Mesh(_))).count() as u64;
+    let lobes = look.materials.all.iter().map(Material::lobes);
+    let count = |kind: fn(&Light) -> bool| look.lights.iter().filter(|l| kind(l)).count() as u64;
+    Features {
+        triangles: stored.iter().map(|s| s.primitive_count() as u64).sum::<u64>() - quadrics,
+        quadrics,
+        instances: description.instances.len() as u64,
+        vertex_normals: stored.iter().any(|s| matches!(s, Shape::Mesh(m) if !m.normals.is_empty())),
+        delta_lobes: lobes.clone().any(|l| l.delta),
+        transmission: lobes.clone().any(|l| l.transmits),
+        anisotropy: lobes.clone().any(|l| l.anisotropic),
+        textures: description.textures.iter().filter(|t| t.is_varying()).count() as u64,
+        area_lights: count(|l| matches!(l, Light::Area(_))),
+        infinite_lights: count(is_sky),
+        directional_lights: count(|l| matches!(l, Light::Directional(_))),
+        point_lights: count(|l| matches!(l, Light::Point(_))),
+        spot_lights: count(|l| matches!(l, Light::Spot(_))),
+        projector_lights: count(|l| matches!(l, Light::Projector(_))),
+    }
 }

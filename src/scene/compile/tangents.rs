@@ -2,12 +2,30 @@
 
 use crate::description::{self, Geometry};
 use crate::math::frame::Frame;
+use crate::shape::placed::Group;
 use crate::shape::tangent::TangentField;
 use crate::shape::{Shape, TriangleMesh};
 use glam::{DVec2, DVec3, Vec3};
+use std::collections::HashMap;
+use std::sync::Arc;
 
-/// The directions of ∂p/∂u on `shape`, which was compiled from `described`.
-pub(super) fn field(described: &description::Shape, shape: &Shape) -> TangentField {
+/// Makes fields, those of the shapes of groups once.
+#[derive(Default)]
+pub(super) struct Fields {
+    of_groups: HashMap<(*const Group, u32), Arc<TangentField>>,
+}
+
+impl Fields {
+    /// The directions of ∂p/∂u on `shape`, which was compiled from `described`.
+    pub(super) fn of(&mut self, described: &description::Shape, shape: &Shape) -> TangentField {
+        let Shape::Placed(placed) = shape else { return field(described, shape) };
+        let id = (Arc::as_ptr(&placed.group), placed.index);
+        let inner = self.of_groups.entry(id).or_insert_with(|| Arc::new(field(described, placed.shape())));
+        TangentField::Placed(inner.clone(), placed.clone())
+    }
+}
+
+fn field(described: &description::Shape, shape: &Shape) -> TangentField {
     let world = |v: DVec3| (described.to_world.matrix3 * v).normalize_or_zero().as_vec3();
     match (&described.geometry, shape) {
         (Geometry::Rectangle, _) => TangentField::Constant(world(DVec3::X)),

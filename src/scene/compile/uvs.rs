@@ -3,11 +3,30 @@
 use super::geometry::world_cylinder;
 use crate::description::{self, Geometry};
 use crate::scene::space::ToScene;
+use crate::shape::Shape;
+use crate::shape::placed::Group;
 use crate::shape::uv::{Quadric, UvField};
 use glam::{DAffine3, DMat3, DVec3, Vec2};
+use std::collections::HashMap;
+use std::sync::Arc;
 
-/// The texture coordinates of the shape that was compiled from `described`.
-pub(super) fn field(described: &description::Shape, to_scene: &ToScene) -> UvField {
+/// Makes fields, those of the shapes of groups once.
+#[derive(Default)]
+pub(super) struct Fields {
+    of_groups: HashMap<(*const Group, u32), Arc<UvField>>,
+}
+
+impl Fields {
+    /// The texture coordinates of `shape`, which was compiled from `described` by `space`.
+    pub(super) fn of(&mut self, described: &description::Shape, shape: &Shape, space: &ToScene) -> UvField {
+        let Shape::Placed(placed) = shape else { return field(described, space) };
+        let id = (Arc::as_ptr(&placed.group), placed.index);
+        let inner = self.of_groups.entry(id).or_insert_with(|| Arc::new(field(described, space)));
+        UvField::Placed(inner.clone(), placed.clone())
+    }
+}
+
+fn field(described: &description::Shape, to_scene: &ToScene) -> UvField {
     let world = &described.to_world;
     // The way from a quadric's own space, whose axes and origin these are in world space.
     let quadric = |kind, origin: DVec3, axes: DMat3| {

@@ -1,0 +1,234 @@
+//! Placed groups: a tree over all placements, whose leaves take the ray to the group's space and walk the group's own tree.
+//!
+//! A group has one tree, however often it is placed. Its primitives are tested in f64 ([`crate::shape::placed`]); its
+//! boxes are walked by the ray rounded to f32, for which they are wide enough ([`super::wide`]).
+
+use super::block::{BLOCK_SIZE, Block, BlockRay, lane};
+use super::build::Item;
+use super::wide::{Stack, Tree};
+use super::{Nearest, PreparedRay, is_mesh, items};
+use crate::accel::Hit;
+use crate::math::ray::{DRay, Ray};
+use crate::shape::Shape;
+use crate::shape::placed::{Group, Placed, Placement};
+use crate::shape::triangle::ExactWatertightRay;
+use glam::Vec3;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// All placements of groups.
+#[derive(Debug)]
+pub(super) struct Instances {
+    tree: Tree<InstanceBlock>,
+    /// The trees of the groups, each once.
+    groups: Vec<Arc<GroupTrees>>,
+}
+
+impl Instances {
+    /// Of those of `shapes` that are placed; `None` where none is. Shapes that are placed together follow each other, in
+    /// the order of their group.
+    pub(super) fn build(shapes: &[Shape]) -> Option<Self> {
+        let mut groups: Vec<Arc<GroupTrees>> = Vec::new();
+        let mut known: HashMap<*const Group, usize> = HashMap::new();
+        let (mut instances, mut table) = (Vec::new(), Vec::new());
+        for (index, shape) in (0u32..).zip(shapes) {
+            let Shape::Placed(placed @ Placed { index: 0, .. }) = shape else { continue };
+            let group = *known.entry(Arc::as_ptr(&placed.group)).or_insert_with(|| {
+                groups.push(Arc::new(GroupTrees::build(&placed.group)));
+                groups.len() - 1
+            });
+            let bounds = placed.placement.bounds_to_scene(placed.group.bounds());
+            instances.push(Item { bounds, id: Hit { shape: table.len() as u32, primitive: 0 } });
+            table.push(Instance { first: index, placement: placed.placement.clone(), group: groups[group].clone() });
+        }
+        Tree::build(instances, &table[..]).map(|tree| Self { tree, groups })
+    }
+
+    /// Takes the placed primitive that is nearer than `nearest`, if any.
+    pub(super) fn improve(&self, ray: &PreparedRay, nearest: &mut Nearest, stack: &mut Stack) {
+        self.tree.improve(ray, nearest, stack);
+    }
+
+    /// See [`super::Native::occluded`].
+    pub(super) fn occluded(&self, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
+        self.tree.occluded(rays, ends, occluded);
+    }
+
+    /// Bytes held.
+    pub(super) fn memory_bytes(&self) -> u64 {
+        self.tree.memory_bytes() + self.groups.iter().map(|group| group.memory_bytes()).sum::<u64>()
+    }
+}
+
+/// A group where it is placed.
+#[derive(Clone, Debug)]
+pub(super) struct Instance {
+    /// The index of its first shape among those of the scene.
+    first: u32,
+    placement: Arc<Placement>,
+    group: Arc<GroupTrees>,
+}
+
+/// Up to four of them.
+#[derive(Debug)]
+struct InstanceBlock(Vec<Instance>);
+
+impl InstanceBlock {
+    fn local(instance: &Instance, ray: &PreparedRay) -> GroupRay {
+        let line = instance.placement.ray_to_group(&ray.ray);
+        GroupRay {
+            rounded: line.rounded(),
+            line,
+            watertight: ExactWatertightRay::new(&line),
+            first: instance.first,
+            ends: ray.ends,
+        }
+    }
+}
+
+impl Block for InstanceBlock {
+    type Source = [Instance];
+    type Ray = PreparedRay;
+
+    fn new(items: &[Item], instances: &[Instance]) -> Self {
+        Self(items.iter().map(|item| instances[item.id.shape as usize].clone()).collect())
+    }
+
+    fn closest(&self, ray: &PreparedRay, nearest: &mut Nearest, stack: &mut Stack) {
+        for instance in &self.0 {
+            instance.group.improve(&Self::local(instance, ray), nearest, stack);
+        }
+    }
+
+    fn any(&self, ray: &PreparedRay, stack: &mut Stack) -> bool {
+        self.0.iter().any(|instance| instance.group.meets(&Self::local(instance, ray), stack))
+    }
+}
+
+/// A ray in the space of a group.
+#[derive(Clone, Copy, Debug)]
+struct GroupRay {
+    rounded: Ray,
+    line: DRay,
+    watertight: ExactWatertightRay,
+    /// What the indices of the group's shapes count from.
+    first: u32,
+    /// The primitives that it starts and ends on, by their numbers in the scene.
+    ends: [Hit; 2],
+}
+
+impl GroupRay {
+    /// What the scene calls a primitive of the group.
+    #[inline]
+    fn in_scene(&self, id: Hit) -> Hit {
+        Hit { shape: self.first + id.shape, primitive: id.primitive }
+    }
+}
+
+impl BlockRay for GroupRay {
+    #[inline(always)]
+    fn line(&self) -> &Ray {
+        &self.rounded
+    }
+}
+
+/// The hierarchies of a group.
+#[derive(Debug)]
+struct GroupTrees {
+    triangles: Option<Tree<GroupTriangles>>,
+    quadrics: Option<Tree<GroupQuadrics>>,
+}
+
+impl GroupTrees {
+    fn build(group: &Group) -> Self {
+        let shapes = &group.shapes[..];
+        Self {
+            triangles: Tree::build(items(shapes, is_mesh), shapes),
+            quadrics: Tree::build(items(shapes, |shape| !is_mesh(shape)), shapes),
+        }
+    }
+
+    fn improve(&self, ray: &GroupRay, nearest: &mut Nearest, stack: &mut Stack) {
+        if let Some(tree) = &self.triangles {
+            tree.improve(ray, nearest, stack);
+        }
+        if let Some(tree) = &self.quadrics {
+            tree.improve(ray, nearest, stack);
+        }
+    }
+
+    fn meets(&self, ray: &GroupRay, stack: &mut Stack) -> bool {
+        self.triangles.as_ref().is_some_and(|tree| tree.meets(ray, stack))
+            || self.quadrics.as_ref().is_some_and(|tree| tree.meets(ray, stack))
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        self.triangles.as_ref().map_or(0, Tree::memory_bytes) + self.quadrics.as_ref().map_or(0, Tree::memory_bytes)
+    }
+}
+
+/// Four triangles of a group.
+#[derive(Debug)]
+struct GroupTriangles {
+    vertices: [[Vec3; 3]; BLOCK_SIZE],
+    ids: [Hit; BLOCK_SIZE],
+    count: usize,
+}
+
+impl GroupTriangles {
+    /// The distances at which the ray meets triangles, with these.
+    #[inline]
+    fn hits(&self, ray: &GroupRay) -> impl Iterator<Item = (f32, Hit)> {
+        self.vertices[..self.count].iter().zip(&self.ids).filter_map(|(vertices, &id)| {
+            let t = ray.watertight.intersect(*vertices)?;
+            Some((t as f32, ray.in_scene(id))).filter(|(_, id)| !ray.ends.contains(id))
+        })
+    }
+}
+
+impl Block for GroupTriangles {
+    type Source = [Shape];
+    type Ray = GroupRay;
+
+    fn new(items: &[Item], shapes: &[Shape]) -> Self {
+        let ids = std::array::from_fn(|i| lane(items, i).id);
+        let vertices = ids.map(|id: Hit| match &shapes[id.shape as usize] {
+            Shape::Mesh(mesh) => mesh.triangle(id.primitive),
+            _ => unreachable!("a block of triangles is built from meshes"),
+        });
+        Self { vertices, ids, count: items.len() }
+    }
+
+    fn closest(&self, ray: &GroupRay, nearest: &mut Nearest, _: &mut Stack) {
+        self.hits(ray).for_each(|(t, id)| nearest.offer(t, id));
+    }
+
+    fn any(&self, ray: &GroupRay, _: &mut Stack) -> bool {
+        self.hits(ray).next().is_some()
+    }
+}
+
+/// Up to four quadrics of a group.
+#[derive(Debug)]
+struct GroupQuadrics(Vec<(Shape, Hit)>);
+
+impl Block for GroupQuadrics {
+    type Source = [Shape];
+    type Ray = GroupRay;
+
+    fn new(items: &[Item], shapes: &[Shape]) -> Self {
+        Self(items.iter().map(|item| (shapes[item.id.shape as usize].clone(), item.id)).collect())
+    }
+
+    fn closest(&self, ray: &GroupRay, nearest: &mut Nearest, _: &mut Stack) {
+        for &(ref quadric, id) in &self.0 {
+            if let Some(t) = quadric.intersect_in_group(0, &ray.line) {
+                nearest.offer(t, ray.in_scene(id));
+            }
+        }
+    }
+
+    fn any(&self, ray: &GroupRay, _: &mut Stack) -> bool {
+        self.0.iter().any(|(quadric, _)| quadric.intersect_in_group(0, &ray.line).is_some())
+    }
+}
