@@ -33,6 +33,9 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     let depth = i.max_depth.map_or("any depth".into(), |d| format!("depth at most {d}"));
     line("integrator", format!("{:?}, {depth}, roulette from {}", i.kind, i.rr_depth).to_lowercase());
     line("shapes", format!("{} with {} triangles, {} quadrics", scene.shapes.len(), f.triangles, f.quadrics));
+    if f.instances > 0 {
+        line("instances", f.instances.to_string());
+    }
     line("materials", scene.materials.len().to_string());
     line(
         "lights",

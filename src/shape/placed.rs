@@ -20,7 +20,7 @@
 //! - and the ray's direction, by γ₃·|W|·2 where the ray has crossed the scene.
 //!
 //! All of this is less than D = |W·M − I|·1 + |W·t + w| + γ₁₂·(|W|·(|M|·1 + |t| + 2·1) + |w|), and |M|·D, seen in the
-//! scene, is [`Placement::error`]: the displacement of a placed surface along each axis that offsets
+//! scene, is what a [`Placement`] keeps as its error: the displacement of a placed surface along each axis that offsets
 //! ([`super::offset`]) have to reckon with, beside what the test in f64 errs by in the group. With numbers that f64 holds
 //! exactly (a translation by a fraction of few digits) nothing of it happens, but the bound stays, at some 10⁻¹⁵.
 

@@ -1,14 +1,18 @@
 //! Meshes and random numbers for the tests and the benchmark of the accelerators.
 #![allow(dead_code, unreachable_pub, reason = "each of its users is a crate of its own and needs a part")]
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use snell::accel::oracle::{self, Contact, Verdict};
+use snell::accel::{Accel, Accelerator, Hit};
 use snell::math::ray::Ray;
 use snell::shape::cylinder::Cylinder;
 use snell::shape::disk::Disk;
 use snell::shape::offset::SurfacePoint;
+use snell::shape::placed::{Group, Placed, Placement};
 use snell::shape::sphere::Sphere;
 use snell::shape::{Shape, TriangleMesh};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 pub struct Rng(pub u64);
@@ -248,4 +252,85 @@ pub fn chord(shape: &Shape, p: DVec3, d: DVec3) -> f64 {
         }
         _ => panic!("no chord"),
     }
+}
+
+/// Those that this build has.
+pub fn accelerators() -> Vec<Accelerator> {
+    if cfg!(feature = "embree") { vec![Accelerator::Native, Accelerator::Embree] } else { vec![Accelerator::Native] }
+}
+
+pub fn build(which: Accelerator, shapes: &[Shape]) -> Accel {
+    Accel::build(which, shapes, 2).expect("builds")
+}
+
+pub fn closest(accel: &Accel, rays: &[Ray]) -> Vec<Hit> {
+    let mut hits = vec![Hit::NONE; rays.len()];
+    accel.closest_hits(rays, &mut hits);
+    hits
+}
+
+pub fn occluded(accel: &Accel, rays: &[Ray]) -> Vec<bool> {
+    let mut answers = vec![true; rays.len()];
+    accel.occluded(rays, &mut answers);
+    answers
+}
+
+/// Both accelerators find what the oracle finds, but for ties and rims, and any-hit agrees with closest hit. Our own
+/// must agree with itself exactly.
+pub fn check(shapes: &[Shape], rays: &[Ray]) {
+    let truth: Vec<Hit> =
+        rays.iter().map(|ray| oracle::closest(shapes, ray).map_or(Hit::NONE, |(hit, _)| hit)).collect();
+    for which in accelerators() {
+        let accel = build(which, shapes);
+        let hits = closest(&accel, rays);
+        let answers = occluded(&accel, rays);
+        for (((ray, hit), truth), answer) in rays.iter().zip(&hits).zip(&truth).zip(&answers) {
+            if hit != truth {
+                let verdict = oracle::verdict(shapes, ray, *hit, *truth);
+                assert!(
+                    matches!(verdict, Verdict::Tie | Verdict::Edge),
+                    "{which:?}: {verdict:?} for {ray:?}: {hit:?}, but {truth:?}: {:?}",
+                    oracle::contact(shapes, *if hit.is_some() { hit } else { truth }, ray),
+                );
+            }
+            if which == Accelerator::Native || hit == truth && is_inside(shapes, *hit, ray) {
+                assert_eq!(hit.is_some(), *answer, "{which:?}: any hit of {ray:?}");
+            }
+        }
+    }
+}
+
+pub fn is_inside(shapes: &[Shape], hit: Hit, ray: &Ray) -> bool {
+    hit.is_some() && matches!(oracle::contact(shapes, hit, ray), Contact::Inside(..))
+}
+
+/// Rays from and to random points in the cube, some with an end.
+pub fn random_rays(rng: &mut Rng, count: usize, scale: f32) -> Vec<Ray> {
+    (0..count)
+        .map(|i| {
+            let (o, p) = (scale * 1.5 * rng.in_cube(), scale * rng.in_cube());
+            match i % 3 {
+                0 => Ray::segment(o, p),
+                1 => Ray { tmin: 0.5, ..Ray::new(o, p - o) },
+                _ => Ray::new(o, (p - o).normalize()),
+            }
+        })
+        .filter(|ray| ray.d.is_finite() && ray.d != Vec3::ZERO)
+        .collect()
+}
+
+/// A group of everything, placed `count` times by random maps: stretched, sheared, half of them mirrored.
+pub fn random_instances(rng: &mut Rng, count: usize) -> Vec<Shape> {
+    let mut members = vec![soup(&random_soup(rng, 60, 0.4)), Shape::Mesh(displaced_sphere(6))];
+    members.extend([random_sphere(rng, 0.5), random_disk(rng, 0.5), random_cylinder(rng, 0.5)]);
+    let group = Arc::new(Group::new(members));
+    let mut shapes = vec![soup(&random_soup(rng, 200, 0.1)), random_sphere(rng, 0.2)];
+    for _ in 0..count {
+        let [x, y, z] = random_axes(rng, 0.5);
+        let map = DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: (0.5 * rng.in_cube()).as_dvec3() };
+        let placement = Arc::new(Placement::new(map).expect("no axis is too short"));
+        let place = |index| Placed { group: group.clone(), index, placement: placement.clone() };
+        shapes.extend((0..group.shapes.len() as u32).map(|index| Shape::Placed(place(index))));
+    }
+    shapes
 }
