@@ -11,6 +11,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use glam::Vec3;
 use snell::accel::Accelerator;
 use snell::bsdf::{Bsdf, BsdfSample};
+use snell::material::Material;
 use snell::sampler::{BsdfUniforms, Sampler, SamplerKind};
 use std::collections::BTreeMap;
 use std::hint::black_box;
@@ -30,7 +31,11 @@ fn bsdfs() -> BTreeMap<String, Bsdf> {
     let mut all = BTreeMap::new();
     for name in SCENES {
         let scene = compiled(&load(&format!("scenes/{name}/scene.xml"), &[]), Accelerator::Native);
-        let sides = scene.materials.iter().flat_map(|m| std::iter::once(&m.front).chain(&m.back));
+        let sides = scene.materials.iter().filter_map(|m| match m {
+            Material::Plain(sides) => Some(sides),
+            Material::Varying(_) => None,
+        });
+        let sides = sides.flat_map(|m| std::iter::once(&m.front).chain(&m.back));
         for bsdf in sides {
             let kind = format!("{bsdf:?}").split('(').next().unwrap_or_default().to_owned();
             all.entry(kind).or_insert_with(|| bsdf.clone());

@@ -111,7 +111,7 @@ fn powers_of_two_change_no_bit_of_what_other_lights_show() {
 
 /// A sphere above a floor under a map, a spot and parallel light.
 fn lit_from_everywhere() -> SceneDescription {
-    use snell::description::LightKind;
+    use snell::description::{FieldOfView, FovAxis, LightKind};
     use snell::spectrum::Rgb;
     let ball = Geometry::Sphere { centre: DVec3::new(-0.3, 0.2, 0.4), radius: 0.3, frame: DMat3::IDENTITY };
     let shapes = vec![
@@ -137,8 +137,7 @@ fn lit_from_everywhere() -> SceneDescription {
             map: map(5, 3, |x, y| Rgb::new(1.0, (x % 2) as f32, (y % 2) as f32)),
             scale: 0.5,
             to_world: camera(DVec3::new(-0.5, 0.4, 1.0), DVec3::ZERO, 90.0, 1).to_world,
-            fov: 70.0,
-            fov_axis: snell::description::FovAxis::Smaller,
+            fov: FieldOfView { degrees: 70.0, axis: FovAxis::Smaller },
         }),
         light(LightKind::Directional { direction: DVec3::new(0.3, 0.2, -1.0), irradiance: Rgb::new(3.0, 2.0, 1.0) }),
     ];

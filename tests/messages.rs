@@ -142,6 +142,7 @@ fn wrong_parameters_are_refused() {
 const MAP: &str = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 3 +X 2\nabcdabcdabcdabcdabcdabcd";
 
 #[test]
+#[allow(clippy::too_many_lines, reason = "a table")]
 fn wrong_lights_are_refused() {
     let light = |plugin: &str, inside: &str| format!(r#"{BALL}<emitter type="{plugin}">{inside}</emitter>"#);
     let named = |name: &str| format!(r#"<string name="filename" value="{name}"/>"#);
@@ -388,6 +389,10 @@ fn what_is_odd_but_not_wrong_is_warned_of() {
     let rows = [
         (format!("{BALL} words"), "text between elements is ignored"),
         (
+            format!(r#"{BALL}<integrator type="path"><boolean name="strict_normals" value="true"/></integrator>"#),
+            "'strict_normals' is of Mitsuba 0.6 and has no effect, as in Mitsuba 3",
+        ),
+        (
             ball(r#"<bsdf type="mask"><float name="opacity" value="2"/><bsdf type="diffuse"/></bsdf>"#),
             "'opacity' is clamped to between 0 and 1",
         ),
@@ -431,6 +436,7 @@ fn what_is_odd_but_not_wrong_is_warned_of() {
 
 /// What is not supported is an error, and for the lenient a warning that says what is done instead.
 #[test]
+#[allow(clippy::too_many_lines, reason = "a table")]
 fn what_is_approximated_is_named() {
     let projector = |inside: &str| {
         format!(
@@ -506,6 +512,7 @@ fn map_light(map: std::sync::Arc<Picture>, to_world: DMat3) -> Light {
 
 /// Descriptions that no loader makes are refused all the same.
 #[test]
+#[allow(clippy::too_many_lines, reason = "a table")]
 fn wrong_descriptions_are_refused() {
     type Change = fn(&mut SceneDescription);
     let rows: [(Change, &str); 12] = [

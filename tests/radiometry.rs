@@ -8,7 +8,7 @@ mod common;
 use common::*;
 use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
-use snell::description::{FovAxis, Geometry, Light, LightKind, Mesh, SceneDescription, Shape};
+use snell::description::{FieldOfView, FovAxis, Geometry, Light, LightKind, Mesh, SceneDescription, Shape};
 use snell::integrator::Estimator;
 use snell::spectrum::Rgb;
 use std::f64::consts::PI;
@@ -139,8 +139,7 @@ fn a_projector_shows_its_picture() {
         map: map(4, 2, value),
         scale,
         to_world: DAffine3::from_mat3_translation(down, position),
-        fov: 60.0,
-        fov_axis: FovAxis::X,
+        fov: FieldOfView { degrees: 60.0, axis: FovAxis::X },
     };
     for (unit, accelerator) in [1.0, 1000.0].into_iter().flat_map(|s| accelerators().into_iter().map(move |a| (s, a))) {
         for (u, v, expected) in [

@@ -46,6 +46,10 @@ use std::f32::consts::PI;
 
 /// A bsdf: a closed set, each in its own file with the same methods.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "copied per point only where textured; a box would be an allocation there"
+)]
 pub enum Bsdf {
     /// Lambertian reflection.
     Diffuse(Diffuse),

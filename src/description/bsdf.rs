@@ -67,7 +67,7 @@ pub enum Parameter {
 pub enum Varying {
     /// The same everywhere.
     Constant(f64),
-    /// The luminance of a texture.
+    /// What a texture gives where a number is asked for: its luminance.
     Texture(TextureId),
 }
 

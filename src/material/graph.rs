@@ -2,7 +2,7 @@
 
 use super::layer::{Layer, Perturbation};
 use crate::bsdf::{Bsdf, Parameter};
-use crate::math::float::sqr;
+use crate::math::float::{max, min, sqr};
 use crate::math::frame::Frame;
 use crate::spectrum::Rgb;
 use crate::texture::{TexturePoint, Textures};
@@ -14,6 +14,7 @@ pub struct Graph(Vec<Node>);
 
 /// A part of a material. Nodes are referred to by their index in the graph, textures by theirs in the scene.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "a scene has few nodes, and most of them are leaves")]
 pub enum Node {
     /// A bsdf with the textures of parameters that vary.
     Leaf {
@@ -64,7 +65,7 @@ pub enum Node {
 pub enum Number {
     /// The same everywhere.
     Constant(f32),
-    /// The luminance of a texture.
+    /// What a texture gives where a number is asked for.
     Texture(u32),
 }
 
@@ -98,7 +99,7 @@ impl Number {
         match self {
             Self::Constant(value) => value,
             // NaN becomes 0.
-            Self::Texture(index) => textures.luminance(index, point).max(0.0).min(1.0),
+            Self::Texture(index) => min(max(textures.number(index, point), 0.0), 1.0),
         }
     }
 }
@@ -146,8 +147,12 @@ impl Resolver<'_> {
             Node::Leaf { bsdf, varying } => {
                 let mut bsdf = bsdf.clone();
                 for &(parameter, texture) in varying {
-                    let colour = self.textures.colour(texture, &self.place.point);
-                    bsdf.set(parameter, if parameter.is_colour() { colour } else { Rgb::splat(colour.luminance()) });
+                    let point = &self.place.point;
+                    let value = match parameter.is_colour() {
+                        true => self.textures.colour(texture, point),
+                        false => Rgb::splat(self.textures.number(texture, point)),
+                    };
+                    bsdf.set(parameter, value);
                 }
                 self.layers.push(Layer { weight, bsdf, perturbation });
             }

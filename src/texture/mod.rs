@@ -71,9 +71,18 @@ impl Textures {
         }
     }
 
-    /// Its luminance.
-    pub fn luminance(&self, index: u32, at: &TexturePoint) -> f32 {
-        self.colour(index, at).luminance()
+    /// The number that it gives where a number is asked for: its luminance. As in Mitsuba 3.9, a checkerboard then gives
+    /// the number of its *second* colour where it would give the first as a colour, and the other way round: scenes are
+    /// made with the picture in view, and theirs is that.
+    pub fn number(&self, index: u32, at: &TexturePoint) -> f32 {
+        let texture = &self.0[index as usize];
+        match &texture.kind {
+            TextureKind::Checkerboard { colors } => {
+                let uv = texture.to_uv.transform_point2(at.uv);
+                self.number(colors[usize::from(!is_odd_square(uv))], at)
+            }
+            TextureKind::Constant(_) | TextureKind::Bitmap(_) => self.colour(index, at).luminance(),
+        }
     }
 
     /// How its luminance changes with the surface's texture coordinates: the gradient of the interpolated picture, and zero

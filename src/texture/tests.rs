@@ -81,9 +81,12 @@ fn checkerboards_alternate_by_half_units() {
         Texture { kind: board.clone(), to_uv: Affine2::IDENTITY },
         Texture { kind: board, to_uv: scaled },
     ]);
-    let at = |index, u, v| textures.luminance(index, &TexturePoint { uv: Vec2::new(u, v) }).round();
+    let at = |index, u, v| textures.colour(index, &TexturePoint { uv: Vec2::new(u, v) }).0.x.round();
     assert_eq!([at(2, 0.2, 0.2), at(2, 0.7, 0.2), at(2, 0.7, 0.7), at(2, -0.2, 0.2)], [0.0, 1.0, 0.0, 1.0]);
     assert_eq!([at(3, 0.2, 0.2), at(3, 0.3, 0.2), at(3, 0.6, 0.2)], [0.0, 1.0, 0.0]);
+    // As numbers, with the colours exchanged.
+    let number = |index, u, v| textures.number(index, &TexturePoint { uv: Vec2::new(u, v) }).round();
+    assert_eq!([number(2, 0.2, 0.2), number(2, 0.7, 0.2), number(2, 0.7, 0.7)], [1.0, 0.0, 1.0]);
 }
 
 #[test]

@@ -24,8 +24,11 @@ pub(crate) fn integrator(b: &mut Builder<'_>, id: ObjectId, around: u32) -> Resu
     Ok(made)
 }
 
-fn path(_: &mut Builder<'_>, p: &Params<'_>, _: u32) -> Result<Integrator> {
+fn path(b: &mut Builder<'_>, p: &Params<'_>, _: u32) -> Result<Integrator> {
     let default = Integrator::default();
+    if p.boolean("strict_normals", false)? {
+        b.warn(p.at("strict_normals"), "'strict_normals' is of Mitsuba 0.6 and has no effect, as in Mitsuba 3");
+    }
     let max_depth = match p.integer("max_depth")?.unwrap_or(-1) {
         -1 => None,
         depth => Some(u32::try_from(depth).map_err(|_| {
