@@ -55,7 +55,7 @@ impl OrenNayar {
     /// What white of this roughness loses seen under the cosine `cos`, 1 − E: the paper's fit, within 0.1 % of E.
     #[inline]
     fn loss(&self, cos: f32) -> f32 {
-        const FIT: [f32; 4] = [0.071_442_995, -0.332_181_45, 0.491_881_87, 0.057_108_53];
+        const FIT: [f32; 4] = [0.071_443, -0.332_181_45, 0.491_881_87, 0.057_108_53];
         let x = max(1.0 - cos, 0.0);
         let fit = x * FIT.into_iter().fold(0.0, |sum, c| sum * x + c);
         max(1.0 - self.scale() * (1.0 + self.roughness * fit), 0.0)

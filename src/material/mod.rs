@@ -18,6 +18,7 @@ use glam::Vec3;
 
 /// A surface's material.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there are few, and they are read at every vertex")]
 pub enum Material {
     /// The same everywhere.
     Plain(Sides),
