@@ -22,13 +22,14 @@ struct Row {
     samples: u32,
 }
 
-const ROWS: [Row; 9] = [
+const ROWS: [Row; 10] = [
     Row { name: "caustic", samples: 32 },
     Row { name: "cornell-box", samples: 16 },
     Row { name: "cornell-box-materials", samples: 32 },
     Row { name: "enclosure", samples: 16 },
     Row { name: "furnace", samples: 16 },
     Row { name: "glass", samples: 32 },
+    Row { name: "layers", samples: 32 },
     Row { name: "million", samples: 16 },
     Row { name: "plates", samples: 32 },
     Row { name: "shelf", samples: 32 },
@@ -66,9 +67,21 @@ fn estimators_agree_with_path_on_every_scene() {
 
 fn broaden(description: &mut SceneDescription) {
     for bsdf in &mut description.bsdfs {
-        if let BsdfKind::RoughConductor { facets, .. } | BsdfKind::RoughDielectric { facets, .. } = &mut bsdf.kind {
-            facets.alpha_u = facets.alpha_u.max(BROAD);
-            facets.alpha_v = facets.alpha_v.max(BROAD);
+        match &mut bsdf.kind {
+            BsdfKind::RoughConductor { facets, .. }
+            | BsdfKind::RoughDielectric { facets, .. }
+            | BsdfKind::RoughPlastic { facets, .. } => {
+                facets.alpha_u = facets.alpha_u.max(BROAD);
+                facets.alpha_v = facets.alpha_v.max(BROAD);
+            }
+            BsdfKind::Principled { shared, clearcoat, .. } => {
+                shared.roughness = shared.roughness.max(BROAD);
+                shared.anisotropic = 0.0;
+                // Its roughness is at most 0.1.
+                *clearcoat = 0.0;
+            }
+            BsdfKind::PrincipledThin { shared, .. } => shared.roughness = shared.roughness.max(BROAD),
+            _ => {}
         }
     }
     let depth = description.integrator.max_depth.unwrap_or(u32::MAX);

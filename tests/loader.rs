@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests, and skipping is to be seen")]
 
 use snell::description::{
-    BsdfKind, ComponentFormat, FieldOfView, Filter, FovAxis, Geometry, IntegratorKind, LightKind, Projection,
-    SceneDescription,
+    BsdfKind, ComponentFormat, FieldOfView, Filter, FovAxis, Geometry, IntegratorKind, LightKind, Parameter, Plastic,
+    PrincipledShared, Projection, SceneDescription,
 };
 use snell::error::Result;
 use snell::loader::{LoadOptions, load};
@@ -218,6 +218,54 @@ fn filters_have_mitsubas_parameters_and_defaults() {
 }
 
 #[test]
+fn layered_bsdfs_have_mitsubas_parameters_and_defaults() {
+    let kind = |body: &str| {
+        let s = scene(&format!(r#"<shape type="sphere"><bsdf {body}</bsdf></shape>"#));
+        (s.bsdfs[0].kind.clone(), s.bsdfs[0].varying.iter().map(|v| v.0).collect::<Vec<_>>())
+    };
+    let grey = Rgb::splat(0.5);
+    let BsdfKind::Plastic(plastic) = kind(r#"type="plastic">"#).0 else { panic!() };
+    let air = 1.000277;
+    let expected = Plastic {
+        int_ior: 1.49,
+        ext_ior: air,
+        diffuse_reflectance: grey,
+        specular_reflectance: Rgb::WHITE,
+        nonlinear: false,
+    };
+    assert_eq!(plastic, expected);
+    let BsdfKind::RoughPlastic { facets, plastic } = kind(r#"type="roughplastic">"#).0 else { panic!() };
+    assert_eq!((facets.alpha_u, facets.alpha_v, plastic), (0.1, 0.1, expected));
+    let thin = kind(r#"type="thindielectric">"#).0;
+    assert!(matches!(thin, BsdfKind::ThinDielectric { int_ior: 1.5046, ext_ior, .. } if ext_ior == air));
+    let shared = |body: &str| match kind(body).0 {
+        BsdfKind::Principled { shared, metallic: 0.0, clearcoat: 0.0, clearcoat_gloss: 0.0 } => shared,
+        BsdfKind::PrincipledThin { shared, diff_trans: 0.0 } => shared,
+        other => panic!("{other:?}"),
+    };
+    let zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for body in [r#"type="principled">"#, r#"type="principledthin">"#] {
+        let PrincipledShared { base_color, roughness, eta, anisotropic, spec_trans, spec_tint, .. } = shared(body);
+        let PrincipledShared { sheen, sheen_tint, flatness, .. } = shared(body);
+        assert_eq!((base_color, roughness), (grey, 0.5));
+        assert!((eta - 1.5).abs() < 1e-12, "{eta}");
+        assert_eq!((anisotropic, spec_trans, spec_tint, sheen, sheen_tint, flatness), zero);
+    }
+    // What transmits needs an interface.
+    let eta = |numbers: &str| shared(&format!(r#"type="principled">{numbers}"#)).eta;
+    let (one, glass) = (r#"<float name="eta" value="1"/>"#, r#"<float name="spec_trans" value="1"/>"#);
+    assert_eq!((eta(one), eta(&format!("{one}{glass}"))), (1.0, 1.001));
+    let none = r#"<float name="specular" value="0"/>"#;
+    assert!(eta(none) == 1.0 && eta(&format!("{none}{glass}")) > 1.01);
+    // Sampling rates change nothing; textures vary.
+    let (_, varying) = kind(
+        r#"type="principled"><float name="clearcoat_sampling_rate" value="0"/>
+        <texture type="checkerboard" name="metallic"/><texture type="checkerboard" name="base_color"/>"#,
+    );
+    assert!(varying.contains(&Parameter::Metallic) && varying.contains(&Parameter::BaseColor) && varying.len() == 2);
+}
+
+#[test]
 fn colours_are_what_mitsuba_3_9_1_has() {
     let s = scene(
         r#"<emitter type="constant"><spectrum name="radiance" value="400:0, 500:8, 600:15.6, 700:18.4"/></emitter>
@@ -422,9 +470,9 @@ fn projectors() {
     std::fs::write(&path, text).unwrap();
     let s = load(&path, &LoadOptions::default()).unwrap();
     let projector = |i: usize| match &s.lights[i].kind {
-        LightKind::Projector { map, scale, to_world, fov, fov_axis } => {
+        LightKind::Projector { map, scale, to_world, fov } => {
             assert_eq!((map.width(), map.height()), (5, 2));
-            (map.get(4, 1).0.x, *scale, to_world.translation.x, *fov, *fov_axis)
+            (map.get(4, 1).0.x, *scale, to_world.translation.x, fov.degrees, fov.axis)
         }
         _ => panic!(),
     };

@@ -46,10 +46,7 @@ use std::f32::consts::PI;
 
 /// A bsdf: a closed set, each in its own file with the same methods.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "copied per point only where textured; a box would be an allocation there"
-)]
+#[expect(clippy::large_enum_variant, reason = "where a texture varies it, it is copied at every vertex: no allocation")]
 pub enum Bsdf {
     /// Lambertian reflection.
     Diffuse(Diffuse),

@@ -25,7 +25,7 @@ pub enum Parameter {
     K,
     /// Colour of a principled bsdf.
     BaseColor,
-    /// Roughness of a principled bsdf in [0, 1], the root of α.
+    /// Roughness in [0, 1]: of a principled bsdf the root of α, of rough diffuse reflection its r.
     Roughness,
     /// How far α differs along the tangents, in [0, 1].
     Anisotropic,

@@ -14,7 +14,7 @@ pub struct Graph(Vec<Node>);
 
 /// A part of a material. Nodes are referred to by their index in the graph, textures by theirs in the scene.
 #[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "a scene has few nodes, and most of them are leaves")]
+#[expect(clippy::large_enum_variant, reason = "there are few, and they are read at every vertex")]
 pub enum Node {
     /// A bsdf with the textures of parameters that vary.
     Leaf {

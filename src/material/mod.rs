@@ -18,7 +18,7 @@ use glam::Vec3;
 
 /// A surface's material.
 #[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "a scene has few materials, and a box would be one more load a hit")]
+#[expect(clippy::large_enum_variant, reason = "there are few, and they are read at every vertex")]
 pub enum Material {
     /// The same everywhere.
     Plain(Sides),

@@ -169,7 +169,7 @@ fn principled() -> Vec<Row> {
             let coated = Principled { clearcoat: 1.0, clearcoat_gloss, ..solid(white) };
             add(&format!("coat {clearcoat_gloss}"), coated, [1.48, 1.22, 1.59]);
         }
-        for eta in ETAS {
+        for eta in [1.5, 1.0 / 1.5] {
             let glass = Disney { spec_trans: 1.0, eta, ..white };
             add(&format!("glass {eta}"), solid(glass), [1.0; 3]);
         }
@@ -198,7 +198,7 @@ fn thin() -> Vec<Row> {
         };
         add("white", white, 0.0, [1.0, 1.0, 1.54]);
         add("through", white, 2.0, [1.0; 3]);
-        for eta in ETAS {
+        for eta in [1.5, 1.0 / 1.5] {
             let most = if eta < 1.0 { [1.0, 1.15, 1.0] } else { [1.0; 3] };
             add(&format!("pane {eta}"), Disney { spec_trans: 1.0, eta, ..white }, 0.0, most);
         }

@@ -26,6 +26,7 @@ NAMES = [
     "enclosure",
     "furnace",
     "glass",
+    "layers",
     "million",
     "plates",
     "shelf",
