@@ -72,6 +72,8 @@ fn alone(camera: Camera, shapes: Vec<Shape>) -> SceneDescription {
         bsdfs: vec![diffuse(0.25)],
         textures: vec![],
         wants_uvs: true,
+        groups: vec![],
+        instances: vec![],
         shapes,
         lights: vec![Light { at: at(), kind: LightKind::Constant { radiance: snell::spectrum::Rgb::splat(0.5) } }],
         warnings: vec![],
