@@ -515,7 +515,7 @@ fn map_light(map: std::sync::Arc<Picture>, to_world: DMat3) -> Light {
 #[allow(clippy::too_many_lines, reason = "a table")]
 fn wrong_descriptions_are_refused() {
     type Change = fn(&mut SceneDescription);
-    let rows: [(Change, &str); 12] = [
+    let rows: [(Change, &str); 14] = [
         (|s| s.cameras[0].to_world.matrix3 = DMat3::ZERO, "test: the camera's to_world gives it no direction"),
         (
             |s| s.cameras[0].to_world.translation = DVec3::MAX,
@@ -539,11 +539,23 @@ fn wrong_descriptions_are_refused() {
         ),
         (
             |s| {
-                let side = BsdfId(1);
-                s.bsdfs.push(Bsdf { kind: BsdfKind::TwoSided { front: side, back: side }, ..diffuse(0.5) });
-                s.shapes[0].bsdf = side;
+                for side in [BsdfId(0), BsdfId(1)] {
+                    s.bsdfs.push(Bsdf { kind: BsdfKind::TwoSided { front: side, back: side }, ..diffuse(0.5) });
+                }
+                s.shapes[0].bsdf = BsdfId(2);
             },
             "test: two-sided bsdfs cannot be nested",
+        ),
+        (
+            |s| {
+                let side = BsdfId(1);
+                s.bsdfs.push(Bsdf { kind: BsdfKind::TwoSided { front: side, back: side }, ..diffuse(0.5) });
+            },
+            "test: a bsdf may refer only to those before it",
+        ),
+        (
+            |s| s.bsdfs[0].varying.push((Parameter::Reflectance, TextureId(0))),
+            "test: the bsdf refers to a texture that is not there",
         ),
         (
             |s| {

@@ -274,6 +274,30 @@ impl SurfaceNeeds {
 }
 
 impl Bsdf {
+    /// The bsdfs that it is made of.
+    pub fn parts(&self) -> Vec<BsdfId> {
+        match self.kind {
+            BsdfKind::TwoSided { front, back } => vec![front, back],
+            BsdfKind::Blend { first, second, .. } => vec![first, second],
+            BsdfKind::Mask { nested, .. } | BsdfKind::Perturbed { nested, .. } => vec![nested],
+            _ => Vec::new(),
+        }
+    }
+
+    /// The textures that it asks itself.
+    pub fn asked_textures(&self) -> Vec<TextureId> {
+        let number = |v: Varying| if let Varying::Texture(id) = v { Some(id) } else { None };
+        let own = match self.kind {
+            BsdfKind::Blend { weight, .. } => number(weight),
+            BsdfKind::Mask { opacity, .. } => number(opacity),
+            BsdfKind::Perturbed { normal: NormalSource::Map(id) | NormalSource::Bump { height: id, .. }, .. } => {
+                Some(id)
+            }
+            _ => None,
+        };
+        own.into_iter().chain(self.varying.iter().map(|(_, id)| *id)).collect()
+    }
+
     /// Whether it lets light through. `bsdfs` are those that it may refer to.
     pub fn transmits(&self, bsdfs: &[Self]) -> bool {
         let of = |id: &BsdfId| bsdfs[id.0].transmits(bsdfs);

@@ -99,13 +99,3 @@ fn integer_samples_are_decoded_by_the_transfer_function_unless_raw() {
     assert_eq!(decoded(true), 188.0 / 255.0);
     assert_eq!(decoded(false), crate::spectrum::srgb_to_linear(188.0 / 255.0) as f32);
 }
-
-#[test]
-fn what_is_no_known_picture_is_an_error_that_says_so() {
-    let error = |bytes: &[u8]| Raster::decode(bytes, None, true).unwrap_err();
-    assert_eq!(error(b"words"), "its format is not known");
-    assert_eq!(error(b"GIF89a"), "Gif is not supported (PNG, JPEG, TGA, BMP, HDR, OpenEXR)");
-    // A header without the rest.
-    assert!(!error(b"\x89PNG\r\n\x1a\n").is_empty());
-    assert!(!error(b"\x76\x2f\x31\x01").is_empty());
-}

@@ -39,6 +39,19 @@ impl Materials {
     }
 }
 
+/// An error unless bsdfs refer to those before them, and to textures that are there.
+pub(super) fn check(description: &SceneDescription) -> Result<()> {
+    for (index, bsdf) in description.bsdfs.iter().enumerate() {
+        if bsdf.parts().iter().any(|part| part.0 >= index) {
+            return Err(Error::scene(&bsdf.at, "a bsdf may refer only to those before it"));
+        }
+        if bsdf.asked_textures().iter().any(|texture| texture.0 >= description.textures.len()) {
+            return Err(Error::scene(&bsdf.at, "the bsdf refers to a texture that is not there"));
+        }
+    }
+    Ok(())
+}
+
 /// What needs no working out at each point: a bsdf, or two sides, without textures.
 fn sides(description: &SceneDescription, id: BsdfId) -> Result<Option<Sides>> {
     let plain = |id: BsdfId| {

@@ -56,6 +56,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         .cameras
         .get(options.camera)
         .ok_or_else(|| Error::Usage(format!("camera {} was asked for, but the scene has {count}", options.camera)))?;
+    material::check(description)?;
     let mut warnings = Vec::new();
     let bounds = geometry::bounds(description);
     let to_scene = ToScene::fitting(&bounds);
