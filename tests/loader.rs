@@ -5,7 +5,7 @@
 use snell::accel::Accelerator;
 use snell::description::{
     BsdfKind, ComponentFormat, FieldOfView, Filter, FovAxis, Geometry, IntegratorKind, LightKind, Parameter, Plastic,
-    PrincipledShared, Projection, SceneDescription,
+    PrincipledShared, Projection, SceneDescription, TextureKind,
 };
 use snell::error::Result;
 use snell::loader::{LoadOptions, load};
@@ -762,4 +762,53 @@ fn instances_refer_to_one_group() {
     assert_eq!((s.instances[0].name.as_str(), s.instances[1].name.as_str()), ("instance", "moved"));
     assert_eq!(s.instances[1].to_world.translation.x, 5.0);
     assert!(s.warnings[0].contains("the to_world of a shapegroup does nothing"), "{:?}", s.warnings);
+}
+
+/// The file is not there: who opened it would fail.
+#[test]
+fn pictures_that_nothing_uses_are_not_opened() {
+    let texture =
+        r#"<texture type="bitmap" name="reflectance"><string name="filename" value="nowhere.png"/></texture>"#;
+    let unused = format!(r#"<bsdf type="diffuse" id="unused">{texture}</bsdf>"#);
+    let s = scene(&format!(r#"{unused}<shape type="sphere"><bsdf type="diffuse"/></shape>"#));
+    assert!(s.textures.is_empty());
+    let used = format!(r#"{unused}<shape type="sphere"><ref id="unused"/></shape>"#);
+    assert!(load_text(&used, &LoadOptions::default()).is_err());
+}
+
+/// Two uses, one picture in memory; and texture coordinates only where something asks for them.
+#[test]
+fn pictures_are_decoded_once_and_coordinates_read_when_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    image::RgbImage::new(2, 3).save(folder.path().join("p.png")).unwrap();
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0.25\nvt 1 0.25\nvt 0 1\nf 1/1 2/2 3/3\n";
+    std::fs::write(folder.path().join("m.obj"), mesh).unwrap();
+    let bitmap = |wrap: &str| {
+        format!(
+            r#"<bsdf type="diffuse"><texture type="bitmap" name="reflectance"><string name="filename" value="p.png"/>
+            <string name="wrap_mode" value="{wrap}"/></texture></bsdf>"#
+        )
+    };
+    let shape = |bsdf: &str| format!(r#"<shape type="obj"><string name="filename" value="m.obj"/>{bsdf}</shape>"#);
+    let text = format!(
+        r#"<scene version="3.0.0"><sensor type="perspective"/>{}{}{}</scene>"#,
+        shape(&bitmap("clamp")),
+        shape(&bitmap("mirror")),
+        shape("")
+    );
+    let path = folder.path().join("scene.xml");
+    std::fs::write(&path, text).unwrap();
+    let s = load(&path, &LoadOptions::default()).unwrap();
+    let picture = |i: usize| match &s.textures[i].kind {
+        TextureKind::Bitmap { image, .. } => image.clone(),
+        _ => panic!(),
+    };
+    assert!(std::sync::Arc::ptr_eq(&picture(0), &picture(1)));
+    let uvs = |i: usize| match &s.shapes[i].geometry {
+        Geometry::Mesh(mesh) => mesh.uvs.clone(),
+        _ => panic!(),
+    };
+    // v is turned round, as in Mitsuba.
+    assert_eq!(uvs(0)[0], glam::DVec2::new(0.0, 0.75));
+    assert!(uvs(2).is_empty());
 }
