@@ -58,8 +58,11 @@ pub struct Appearance {
     pub is_emitter: bool,
     /// Index into [`Scene::tangents`], if its material depends on them.
     pub tangents: Option<u32>,
-    /// Index into [`Scene::uvs`], if its material is textured.
+    /// Index into [`Scene::uvs`], if its material is textured or its texture coordinates are wanted anyway.
     pub uvs: Option<u32>,
+    /// Whether its material depends on tangents and takes them from texture coordinates, with their sign, which matters to a
+    /// normal map.
+    pub along_uvs: bool,
 }
 
 /// A compiled scene.
@@ -125,13 +128,12 @@ impl Scene {
         let shape = &self.shapes[hit.shape as usize];
         let ShapePoint { point, shading_normal } = shape.meet(ray, hit.primitive);
         let at = appearance.uvs.map(|uvs| self.uvs[uvs as usize].at(shape, hit.primitive, point.p));
-        let frame = match (appearance.tangents, &at) {
-            (None, _) => Frame::from_normal(shading_normal),
-            // Along ∂p/∂u with its sign, which matters to a normal map.
-            (Some(_), Some(UvPoint { dp: [dpdu, _], .. })) => Frame::from_tangent(shading_normal, *dpdu),
-            (Some(field), None) => self.anisotropic_frame(field, hit.primitive, shading_normal, point),
-        };
         let UvPoint { uv, dp } = at.unwrap_or_default();
+        let frame = match appearance.tangents {
+            _ if appearance.along_uvs => Frame::from_tangent(shading_normal, dp[0]),
+            Some(field) => self.anisotropic_frame(field, hit.primitive, shading_normal, point),
+            None => Frame::from_normal(shading_normal),
+        };
         let place = Place { point: TexturePoint { uv }, wo: frame.to_local(-ray.d), dp: dp.map(|d| frame.to_local(d)) };
         graph.resolve(&self.textures, &place, layers);
         let bsdf = match &layers[..] {

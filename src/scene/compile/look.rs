@@ -47,11 +47,13 @@ pub(super) fn compile(
             _ => None,
         };
         let needs = description.bsdfs[described.bsdf.0].needs(&description.bsdfs, &description.textures);
-        let tangents = needs.tangents.then(|| add(&mut look.tangents, fields.of(described, shape)));
+        // Where texture coordinates are looked up anyway, they tell the tangents, too.
+        let along_uvs = needs.uvs && needs.tangents;
+        let tangents = (needs.tangents && !along_uvs).then(|| add(&mut look.tangents, fields.of(described, shape)));
         let uvs =
             (needs.uvs || description.wants_uvs).then(|| add(&mut look.uvs, uv_fields.of(described, shape, space)));
         let is_emitter = described.emission.is_some();
-        look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs });
+        look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs, along_uvs });
     }
     for light in &description.lights {
         if let Some((compiled, name)) = lights::compile(light, place)? {
