@@ -145,6 +145,67 @@ fn lit_from_everywhere() -> SceneDescription {
 }
 
 /// A point light has one way to be found: `path` and `nee` show the same bits, the others nothing.
+/// Textures of every kind on every shape, in blends, under masks, as normals and heights.
+#[test]
+fn threads_and_powers_of_two_change_no_bit_of_textures() {
+    let folder = tempfile::tempdir().unwrap();
+    image::RgbImage::from_fn(5, 3, |x, y| image::Rgb([40 * x as u8, 90 * y as u8, 128]))
+        .save(folder.path().join("p.png"))
+        .unwrap();
+    let path = folder.path().join("scene.xml");
+    std::fs::write(&path, TEXTURED).unwrap();
+    let description = snell::loader::load(&path, &snell::loader::LoadOptions::default()).unwrap();
+    let s = file_settings(&description, Estimator::Path, 8);
+    for accelerator in accelerators() {
+        let picture = |description: &SceneDescription, threads| {
+            rendered(&compiled(description, accelerator), &s, threads).film.develop()
+        };
+        let base = picture(&description, 1);
+        assert!(mean(&base) > 0.05, "something is to be seen");
+        assert_eq!(base, picture(&description, 3));
+        for exponent in [-40, 40] {
+            let scaled = transformed(description.clone(), 2f64.powi(exponent), DVec3::ZERO);
+            assert_eq!(base, picture(&scaled, 2), "2^{exponent}, {accelerator:?}");
+        }
+    }
+}
+
+const TEXTURED: &str = r#"<scene version="3.0.0">
+    <integrator type="path"><integer name="max_depth" value="5"/></integrator>
+    <sensor type="perspective"><float name="fov" value="50"/>
+        <transform name="to_world"><lookat origin="0, 2, 6" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="48"/><integer name="height" value="48"/>
+            <rfilter type="box"/></film>
+    </sensor>
+    <emitter type="constant"/>
+    <texture type="bitmap" id="picture"><string name="filename" value="p.png"/></texture>
+    <texture type="bitmap" id="raw"><string name="filename" value="p.png"/><boolean name="raw" value="true"/>
+        <string name="wrap_mode" value="mirror"/><transform name="to_uv"><scale value="3"/></transform></texture>
+    <texture type="checkerboard" id="board"><transform name="to_uv"><scale value="8"/></transform></texture>
+    <shape type="rectangle">
+        <transform name="to_world"><scale value="4"/><rotate x="1" angle="-90"/><translate y="-1"/></transform>
+        <bsdf type="twosided"><bsdf type="bumpmap"><ref id="raw"/><float name="scale" value="0.25"/>
+            <bsdf type="diffuse"><ref name="reflectance" id="board"/></bsdf></bsdf></bsdf>
+    </shape>
+    <shape type="sphere"><point name="center" x="-1.5" y="0" z="0"/><float name="radius" value="0.75"/>
+        <bsdf type="blendbsdf"><ref name="weight" id="board"/>
+            <bsdf type="diffuse"><ref name="reflectance" id="picture"/></bsdf>
+            <bsdf type="roughconductor"><ref name="alpha_u" id="raw"/><float name="alpha_v" value="0.3"/></bsdf></bsdf>
+    </shape>
+    <shape type="cylinder"><point name="p0" x="0" y="-0.75" z="0"/><point name="p1" x="0" y="0.75" z="0"/>
+        <float name="radius" value="0.5"/>
+        <bsdf type="mask"><ref name="opacity" id="board"/>
+            <bsdf type="twosided"><bsdf type="diffuse"><ref name="reflectance" id="picture"/></bsdf></bsdf></bsdf>
+    </shape>
+    <shape type="disk"><transform name="to_world"><scale value="0.75"/><translate x="1.5"/></transform>
+        <bsdf type="normalmap"><ref name="normalmap" id="raw"/>
+            <bsdf type="roughplastic"><ref name="diffuse_reflectance" id="picture"/></bsdf></bsdf>
+    </shape>
+    <shape type="cube"><transform name="to_world"><scale value="0.25"/><translate y="1.25"/></transform>
+        <bsdf type="principled"><ref name="base_color" id="picture"/><ref name="roughness" id="raw"/></bsdf>
+    </shape>
+</scene>"#;
+
 #[test]
 fn only_light_sampling_finds_a_point_light() {
     let scene = compiled(&lit_by_a_point(), Accelerator::Auto);

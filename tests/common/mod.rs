@@ -176,6 +176,11 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
             *brightness *= scale * scale;
         }
     }
+    for b in &mut scene.bsdfs {
+        if let BsdfKind::Perturbed { normal: NormalSource::Bump { scale: height, .. }, .. } = &mut b.kind {
+            *height *= scale;
+        }
+    }
     for c in &mut scene.cameras {
         c.to_world.translation = c.to_world.translation * scale + offset;
         c.near_clip *= scale;
