@@ -515,7 +515,7 @@ fn map_light(map: std::sync::Arc<Picture>, to_world: DMat3) -> Light {
 #[allow(clippy::too_many_lines, reason = "a table")]
 fn wrong_descriptions_are_refused() {
     type Change = fn(&mut SceneDescription);
-    let rows: [(Change, &str); 14] = [
+    let rows: [(Change, &str); 15] = [
         (|s| s.cameras[0].to_world.matrix3 = DMat3::ZERO, "test: the camera's to_world gives it no direction"),
         (
             |s| s.cameras[0].to_world.translation = DVec3::MAX,
@@ -551,7 +551,14 @@ fn wrong_descriptions_are_refused() {
                 let side = BsdfId(1);
                 s.bsdfs.push(Bsdf { kind: BsdfKind::TwoSided { front: side, back: side }, ..diffuse(0.5) });
             },
-            "test: a bsdf may refer only to those before it",
+            "test: a bsdf cannot be made of itself",
+        ),
+        (
+            |s| {
+                let side = BsdfId(7);
+                s.bsdfs.push(Bsdf { kind: BsdfKind::TwoSided { front: side, back: side }, ..diffuse(0.5) });
+            },
+            "test: the bsdf refers to another that is not there",
         ),
         (
             |s| s.bsdfs[0].varying.push((Parameter::Reflectance, TextureId(0))),

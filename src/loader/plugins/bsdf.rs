@@ -128,43 +128,43 @@ fn complex_ior(b: &mut Builder<'_>, p: &Params<'_>) -> Result<(Rgb, Rgb)> {
     Ok((eta.unwrap_or(rgb(preset_eta)), k.unwrap_or(rgb(preset_k))))
 }
 
-fn dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
-    Ok(BsdfKind::Dielectric {
-        int_ior: ior(p, "int_ior", "bk7")?,
-        ext_ior: ior(p, "ext_ior", "air")?,
-        specular_reflectance: reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?
-            .unwrap_or(Rgb::WHITE),
-        specular_transmittance: reflectance(b, p, Parameter::SpecularTransmittance, "specular_transmittance")?
-            .unwrap_or(Rgb::WHITE),
+/// What is between two dielectrics.
+struct Interface {
+    int_ior: f64,
+    ext_ior: f64,
+    specular_reflectance: Rgb,
+    specular_transmittance: Rgb,
+}
+
+fn interface(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Interface> {
+    let (int_ior, ext_ior) = (ior(p, "int_ior", "bk7")?, ior(p, "ext_ior", "air")?);
+    let reflectance_of = Parameter::SpecularReflectance;
+    let transmittance_of = Parameter::SpecularTransmittance;
+    Ok(Interface {
+        int_ior,
+        ext_ior,
+        specular_reflectance: reflectance(b, p, reflectance_of, "specular_reflectance")?.unwrap_or(Rgb::WHITE),
+        specular_transmittance: reflectance(b, p, transmittance_of, "specular_transmittance")?.unwrap_or(Rgb::WHITE),
     })
+}
+
+fn dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
+    let Interface { int_ior, ext_ior, specular_reflectance, specular_transmittance } = interface(b, p)?;
+    Ok(BsdfKind::Dielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance })
 }
 
 fn rough_dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
     let facets = microfacets(b, p)?;
-    let (int_ior, ext_ior) = (ior(p, "int_ior", "bk7")?, ior(p, "ext_ior", "air")?);
+    let Interface { int_ior, ext_ior, specular_reflectance, specular_transmittance } = interface(b, p)?;
     if int_ior == ext_ior {
         return Err(p.error("int_ior", "'int_ior' and 'ext_ior' of a rough dielectric must differ"));
     }
-    Ok(BsdfKind::RoughDielectric {
-        facets,
-        int_ior,
-        ext_ior,
-        specular_reflectance: reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?
-            .unwrap_or(Rgb::WHITE),
-        specular_transmittance: reflectance(b, p, Parameter::SpecularTransmittance, "specular_transmittance")?
-            .unwrap_or(Rgb::WHITE),
-    })
+    Ok(BsdfKind::RoughDielectric { facets, int_ior, ext_ior, specular_reflectance, specular_transmittance })
 }
 
 fn thin_dielectric(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
-    Ok(BsdfKind::ThinDielectric {
-        int_ior: ior(p, "int_ior", "bk7")?,
-        ext_ior: ior(p, "ext_ior", "air")?,
-        specular_reflectance: reflectance(b, p, Parameter::SpecularReflectance, "specular_reflectance")?
-            .unwrap_or(Rgb::WHITE),
-        specular_transmittance: reflectance(b, p, Parameter::SpecularTransmittance, "specular_transmittance")?
-            .unwrap_or(Rgb::WHITE),
-    })
+    let Interface { int_ior, ext_ior, specular_reflectance, specular_transmittance } = interface(b, p)?;
+    Ok(BsdfKind::ThinDielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance })
 }
 
 fn plastic(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {

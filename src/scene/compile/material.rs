@@ -39,11 +39,25 @@ impl Materials {
     }
 }
 
-/// An error unless bsdfs refer to those before them, and to textures that are there.
+/// An error unless bsdfs refer to bsdfs and textures that are there, and none to itself, be it through others.
 pub(super) fn check(description: &SceneDescription) -> Result<()> {
-    for (index, bsdf) in description.bsdfs.iter().enumerate() {
-        if bsdf.parts().iter().any(|part| part.0 >= index) {
-            return Err(Error::scene(&bsdf.at, "a bsdf may refer only to those before it"));
+    let bsdfs = &description.bsdfs;
+    for bsdf in bsdfs {
+        // What it is made of, layer by layer: as deep as there are bsdfs only if there is a circle.
+        let mut layer = bsdf.parts();
+        for _ in bsdfs {
+            if layer.is_empty() {
+                break;
+            }
+            if layer.iter().any(|part| part.0 >= bsdfs.len()) {
+                return Err(Error::scene(&bsdf.at, "the bsdf refers to another that is not there"));
+            }
+            layer = layer.iter().flat_map(|part| bsdfs[part.0].parts()).collect();
+            layer.sort_unstable_by_key(|part| part.0);
+            layer.dedup();
+        }
+        if !layer.is_empty() {
+            return Err(Error::scene(&bsdf.at, "a bsdf cannot be made of itself"));
         }
         if bsdf.asked_textures().iter().any(|texture| texture.0 >= description.textures.len()) {
             return Err(Error::scene(&bsdf.at, "the bsdf refers to a texture that is not there"));
