@@ -10,7 +10,7 @@ mod common;
 use common::*;
 use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
-use snell::description::{BsdfId, Geometry, Mesh, SceneDescription, Shape};
+use snell::description::{BsdfId, Emission, Geometry, Mesh, SceneDescription, Shape};
 use snell::image::Picture;
 use snell::integrator::Estimator;
 use snell::shape::TriangleMesh;
@@ -44,7 +44,7 @@ fn mixed() -> SceneDescription {
     }
     for (i, (shape, albedo)) in scene.shapes.iter_mut().zip(albedos).enumerate() {
         shape.bsdf = BsdfId(i);
-        shape.emission = (albedo < 1.0).then(|| Rgb::splat(EXPECTED * (1.0 - albedo)));
+        shape.emission = (albedo < 1.0).then(|| Emission::uniform(Rgb::splat(EXPECTED * (1.0 - albedo))));
     }
     scene
 }
@@ -85,7 +85,7 @@ fn cube() -> Shape {
         <shape type="cube"><boolean name="flip_normals" value="true"/></shape></scene>"#;
     std::fs::write(&path, text).unwrap();
     let mut shape = snell::loader::load(&path, &Default::default()).unwrap().shapes.remove(0);
-    (shape.bsdf, shape.emission) = (BsdfId(0), Some(Rgb::splat(EMISSION)));
+    (shape.bsdf, shape.emission) = (BsdfId(0), Some(Emission::uniform(Rgb::splat(EMISSION))));
     shape
 }
 

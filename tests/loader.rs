@@ -4,8 +4,8 @@
 
 use snell::accel::Accelerator;
 use snell::description::{
-    BsdfKind, ComponentFormat, FieldOfView, Filter, FovAxis, Geometry, IntegratorKind, LightKind, Parameter, Plastic,
-    PrincipledShared, Projection, SceneDescription, TextureKind,
+    BsdfKind, ComponentFormat, Emission, FieldOfView, Filter, FovAxis, Geometry, IntegratorKind, LightKind, Parameter,
+    Plastic, PrincipledShared, Projection, SceneDescription, TextureKind,
 };
 use snell::error::Result;
 use snell::loader::{LoadOptions, load};
@@ -183,7 +183,7 @@ fn defaults_are_mitsuba_s() {
     };
     assert_eq!(reflectance(0), Rgb::splat(0.5));
     assert_eq!(reflectance(1), Rgb::BLACK);
-    assert_eq!(s.shapes[1].emission, Some(Rgb::WHITE));
+    assert_eq!(s.shapes[1].emission, Some(Emission::uniform(Rgb::WHITE)));
 }
 
 #[test]
@@ -290,7 +290,7 @@ fn colours_are_what_mitsuba_3_9_1_has() {
     assert_eq!((facets.alpha_u, facets.alpha_v), (0.1, 0.1));
     assert_close(*eta, [0.143036, 0.375307, 1.44205]);
     assert_close(*k, [3.983, 2.38556, 1.60336]);
-    assert_close(s.shapes[1].emission.unwrap(), [2.40959, 1.89658, 1.81783]);
+    assert_close(s.shapes[1].emission.unwrap().radiance, [2.40959, 1.89658, 1.81783]);
     let BsdfKind::RoughConductor { eta, k, .. } = kind(2) else { panic!() };
     assert_close(*eta, [2.0; 3]);
     assert_close(*k, [2.30642, 1.70653, 1.19784]);
@@ -622,7 +622,7 @@ fn the_cornell_box_is_read() {
     assert_eq!((s.shapes.len(), s.bsdfs.len(), s.lights.len()), (8, 5, 0));
     assert_eq!((s.cameras[0].sampler.sample_count, s.cameras[0].sampler.seed), (16, 3));
     assert_eq!(s.integrator.max_depth, Some(6));
-    assert_close(s.shapes[0].emission.unwrap(), [20.7108, 10.8546, 2.77115]);
+    assert_close(s.shapes[0].emission.unwrap().radiance, [20.7108, 10.8546, 2.77115]);
     assert!(s.warnings.is_empty(), "{:?}", s.warnings);
 }
 

@@ -523,7 +523,7 @@ fn wrong_descriptions_are_refused() {
         ),
         (|s| s.cameras.clear(), "camera 0 was asked for, but the scene has 0"),
         (
-            |s| s.shapes[0].emission = Some(Rgb::new(1.0, -1.0, 0.0)),
+            |s| s.shapes[0].emission = Some(Emission::uniform(Rgb::new(1.0, -1.0, 0.0))),
             "test: a radiance must be finite and not negative, but this is (1, -1, 0)",
         ),
         (

@@ -8,7 +8,7 @@ mod common;
 use common::*;
 use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
-use snell::description::{FieldOfView, FovAxis, Geometry, Light, LightKind, Mesh, SceneDescription, Shape};
+use snell::description::{Emission, FieldOfView, FovAxis, Geometry, Light, LightKind, Mesh, SceneDescription, Shape};
 use snell::integrator::Estimator;
 use snell::spectrum::Rgb;
 use std::f64::consts::PI;
@@ -292,7 +292,7 @@ fn a_point_light_on_a_ceiling_is_not_hidden_by_it() {
 fn assert_form_factor(what: &str, light: Shape, at: DVec3, factor: f64) {
     const EMISSION: f32 = 3.0;
     let mut light = light;
-    light.emission = Some(Rgb::splat(EMISSION));
+    light.emission = Some(Emission::uniform(Rgb::splat(EMISSION)));
     let scene = compiled(&floor(at, vec![light], vec![]), Accelerator::Auto);
     let expected = f64::from(ALBEDO) * f64::from(EMISSION) * factor;
     for estimator in [Estimator::Path, Estimator::Nee] {

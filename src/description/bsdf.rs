@@ -60,6 +60,22 @@ pub enum Parameter {
     ClearcoatGloss,
     /// `diff_trans`.
     DiffTrans,
+    /// glTF's `specularFactor`.
+    Specular,
+    /// `specularColorFactor`.
+    SpecularColor,
+    /// `transmissionFactor`.
+    Transmission,
+    /// `clearcoatRoughnessFactor`.
+    ClearcoatRoughness,
+    /// `sheenColorFactor`.
+    SheenColor,
+    /// `sheenRoughnessFactor`.
+    SheenRoughness,
+    /// `iridescenceFactor`.
+    Iridescence,
+    /// The thickness of the thin film in nanometres.
+    IridescenceThickness,
 }
 
 /// A number of a bsdf that may vary over a surface.
@@ -168,6 +184,8 @@ pub enum BsdfKind {
         /// Roughness in [0, 1]; 0 is Lambertian.
         roughness: f64,
     },
+    /// The metallic-roughness material of glTF 2.0 with its extensions.
+    Gltf(Gltf),
     /// Lets light pass as if nothing was there.
     Null,
     /// One-sided bsdfs made two-sided.
@@ -204,6 +222,74 @@ pub enum BsdfKind {
         /// Whether light fades out towards the terminator of the surface's own normal (Estevez et al. 2019).
         shadowing: bool,
     },
+}
+
+/// The material of glTF 2.0 (Khronos Group 2021, *glTF 2.0 Specification*, appendix B) and of its extensions
+/// `KHR_materials_clearcoat`, `_ior`, `_iridescence`, `_sheen`, `_specular`, `_transmission` and `_volume`, whose names and
+/// defaults these are. Numbers are in [0, 1] unless they say otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gltf {
+    /// Colour of the base: albedo, or reflectance of the metal.
+    pub base_color: Rgb,
+    /// Share of metal.
+    pub metallic: f64,
+    /// The square root of the microfacets' α.
+    pub roughness: f64,
+    /// Index of refraction inside relative to outside, at least 1.
+    pub ior: f64,
+    /// Strength of the dielectric's reflection.
+    pub specular: f64,
+    /// Its colour at normal incidence, of any size; the reflectance that it makes is at most 1.
+    pub specular_color: Rgb,
+    /// Share of what is not reflected by the dielectric that passes instead of being scattered.
+    pub transmission: f64,
+    /// What is inside; `None` for a sheet with nothing inside.
+    pub volume: Option<Volume>,
+    /// Strength of the coat.
+    pub clearcoat: f64,
+    /// The square root of its microfacets' α.
+    pub clearcoat_roughness: f64,
+    /// Colour of the sheen.
+    pub sheen_color: Rgb,
+    /// Roughness of the sheen.
+    pub sheen_roughness: f64,
+    /// Strength of the thin film's interference.
+    pub iridescence: f64,
+    /// Index of refraction of the film, at least 1.
+    pub iridescence_ior: f64,
+    /// Thickness of the film in nanometres.
+    pub iridescence_thickness: f64,
+}
+
+/// What fills a solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Volume {
+    /// The part of white light that is left after `attenuation_distance`, each in (0, 1].
+    pub attenuation_color: Rgb,
+    /// In units of length of the file, positive; infinite where nothing is absorbed.
+    pub attenuation_distance: f64,
+}
+
+impl Default for Gltf {
+    fn default() -> Self {
+        Self {
+            base_color: Rgb::WHITE,
+            metallic: 1.0,
+            roughness: 1.0,
+            ior: 1.5,
+            specular: 1.0,
+            specular_color: Rgb::WHITE,
+            transmission: 0.0,
+            volume: None,
+            clearcoat: 0.0,
+            clearcoat_roughness: 0.0,
+            sheen_color: Rgb::BLACK,
+            sheen_roughness: 0.0,
+            iridescence: 0.0,
+            iridescence_ior: 1.3,
+            iridescence_thickness: 400.0,
+        }
+    }
 }
 
 /// What the two kinds of plastic share.
@@ -248,7 +334,12 @@ pub struct PrincipledShared {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NormalSource {
     /// From the three channels of a texture, as (n + 1)/2, in the surface's shading frame.
-    Map(TextureId),
+    Map {
+        /// The texture.
+        texture: TextureId,
+        /// A factor on the components along the surface.
+        scale: f64,
+    },
     /// From a height, in units of length of the file, along the surface's normal.
     Bump {
         /// The height.
@@ -290,9 +381,10 @@ impl Bsdf {
         let own = match self.kind {
             BsdfKind::Blend { weight, .. } => number(weight),
             BsdfKind::Mask { opacity, .. } => number(opacity),
-            BsdfKind::Perturbed { normal: NormalSource::Map(id) | NormalSource::Bump { height: id, .. }, .. } => {
-                Some(id)
-            }
+            BsdfKind::Perturbed {
+                normal: NormalSource::Map { texture: id, .. } | NormalSource::Bump { height: id, .. },
+                ..
+            } => Some(id),
             _ => None,
         };
         own.into_iter().chain(self.varying.iter().map(|(_, id)| *id)).collect()
@@ -316,6 +408,7 @@ impl Bsdf {
             | BsdfKind::RoughPlastic { .. } => false,
             // Where a texture says how much, a constant that is not zero stands for it.
             BsdfKind::Principled { shared, .. } => shared.spec_trans > 0.0,
+            BsdfKind::Gltf(gltf) => gltf.transmission > 0.0,
             BsdfKind::TwoSided { front, back } => of(front) || of(back),
             BsdfKind::Blend { first, second, .. } => of(first) || of(second),
             BsdfKind::Perturbed { nested, .. } => of(nested),
@@ -351,6 +444,7 @@ impl Bsdf {
             | BsdfKind::ThinDielectric { .. }
             | BsdfKind::Plastic { .. }
             | BsdfKind::RoughPlastic { .. }
+            | BsdfKind::Gltf(_)
             | BsdfKind::Null => SurfaceNeeds::default(),
         };
         let anisotropic = self.varying.iter().any(|(p, _)| *p == Parameter::Anisotropic);

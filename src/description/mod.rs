@@ -9,15 +9,15 @@ mod texture;
 
 pub use aov::{Aov, AovKind};
 pub use bsdf::{
-    Bsdf, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, Plastic, PrincipledShared,
-    SurfaceNeeds, Varying,
+    Bsdf, BsdfKind, Gltf, MicrofacetDistribution, Microfacets, NormalSource, Parameter, Plastic, PrincipledShared,
+    SurfaceNeeds, Varying, Volume,
 };
-pub use texture::{Texture, TextureKind, Wrap};
+pub use texture::{Channel, Texture, TextureKind, Wrap};
 
 use crate::error::Span;
 pub use crate::image::{ComponentFormat, Crop, Filter, Picture, PixelFormat};
 use crate::spectrum::Rgb;
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 use std::sync::Arc;
 
 /// A whole scene file.
@@ -226,8 +226,26 @@ pub struct Shape {
     pub flip_normals: bool,
     /// Its surface.
     pub bsdf: BsdfId,
-    /// Radiance that it emits from its front side, in W·sr⁻¹·m⁻², if it is an area light.
-    pub emission: Option<Rgb>,
+    /// What it emits, if it is an area light.
+    pub emission: Option<Emission>,
+}
+
+/// What a surface emits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emission {
+    /// Radiance from its front side, in W·sr⁻¹·m⁻².
+    pub radiance: Rgb,
+    /// A factor on it that varies over the surface.
+    pub texture: Option<TextureId>,
+    /// Whether it emits from its back side, too.
+    pub both_sides: bool,
+}
+
+impl Emission {
+    /// The same from everywhere on the front side.
+    pub fn uniform(radiance: Rgb) -> Self {
+        Self { radiance, texture: None, both_sides: false }
+    }
 }
 
 /// Shapes that are placed together. None emits.
@@ -292,8 +310,28 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     /// Texture coordinates, one a vertex; empty where the file has none or nothing asks for them.
     pub uvs: Vec<DVec2>,
+    /// Further sets of them, each one a vertex.
+    pub more_uvs: Vec<Vec<DVec2>>,
+    /// Tangents (x, y, z), one a vertex, in object space, and the side of the bitangent: that is w·(n×t), w = ±1, and where
+    /// a normal map's green channel points. Empty where a normal map follows ∂p/∂u.
+    pub tangents: Vec<DVec4>,
+    /// What the file says beside that, by name.
+    pub attributes: Vec<Attribute>,
     /// Vertex indices of each triangle, counter-clockwise seen from the front.
     pub faces: Vec<[u32; 3]>,
+}
+
+/// Numbers that a file gives for the vertices or faces of a mesh: a grey, or a linear colour, or that and an opacity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// Its name.
+    pub name: String,
+    /// Whether it has one value a face; otherwise one a vertex.
+    pub of_faces: bool,
+    /// How many numbers a value has: 1, 3 or 4.
+    pub width: usize,
+    /// The values, one after the other.
+    pub values: Vec<f32>,
 }
 
 /// A light that is not attached to a shape.

@@ -14,7 +14,10 @@ pub struct Texture {
     pub at: Span,
     /// What it is.
     pub kind: TextureKind,
-    /// From a surface's texture coordinates (u, v) to the texture's own.
+    /// Which of a mesh's sets of texture coordinates it lies in: 0 is [`super::Mesh::uvs`], 1 the first of
+    /// [`super::Mesh::more_uvs`]; a shape has no others than those of its set 0.
+    pub uv_set: u32,
+    /// From those texture coordinates (u, v) to the texture's own.
     pub to_uv: DAffine2,
 }
 
@@ -29,14 +32,50 @@ pub enum TextureKind {
         image: Arc<Raster>,
         /// Whether lookups interpolate between pixels.
         bilinear: bool,
-        /// What there is outside the unit square.
-        wrap: Wrap,
+        /// What there is outside the unit square, along u and along v.
+        wrap: [Wrap; 2],
     },
     /// Squares of half a unit in two colours.
     Checkerboard {
         /// That of the square at the origin, and the other.
         colors: [TextureId; 2],
     },
+    /// What a mesh says itself of its vertices or faces.
+    Attribute {
+        /// The name of one of its [`super::Mesh::attributes`].
+        name: String,
+        /// A factor on it.
+        scale: f64,
+    },
+    /// The product of two textures.
+    Product([TextureId; 2]),
+    /// A channel of a texture as a grey.
+    Channel {
+        /// The texture.
+        of: TextureId,
+        /// The channel.
+        channel: Channel,
+    },
+    /// One where the number that a texture gives is at least `cutoff`, else zero.
+    Threshold {
+        /// The texture.
+        of: TextureId,
+        /// From where it is one.
+        cutoff: f64,
+    },
+}
+
+/// A channel of a texture. Only pictures and attributes of four numbers have an opacity; elsewhere it is one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// Linear red.
+    Red,
+    /// Linear green.
+    Green,
+    /// Linear blue.
+    Blue,
+    /// Opacity.
+    Alpha,
 }
 
 /// What there is of a picture outside the unit square.

@@ -10,8 +10,8 @@ use super::LoadOptions;
 use super::mtl::{self, GREY, Material};
 use super::{creases, normals, obj, ply};
 use crate::description::{
-    Bsdf, BsdfId, BsdfKind, Camera, ComponentFormat, Crop, FieldOfView, Film, Filter, FovAxis, Geometry, Integrator,
-    Light, LightKind, Mesh, PixelFormat, Projection, Sampler, SceneDescription, Shape,
+    Bsdf, BsdfId, BsdfKind, Camera, ComponentFormat, Crop, Emission, FieldOfView, Film, Filter, FovAxis, Geometry,
+    Integrator, Light, LightKind, Mesh, PixelFormat, Projection, Sampler, SceneDescription, Shape,
 };
 use crate::error::{Error, Result, Span};
 use crate::spectrum::Rgb;
@@ -183,7 +183,7 @@ fn shape(at: &Span, name: &str, geometry: Geometry, bsdf: BsdfId, emission: Opti
         to_world: DAffine3::IDENTITY,
         flip_normals: false,
         bsdf,
-        emission,
+        emission: emission.map(Emission::uniform),
     }
 }
 

@@ -22,6 +22,7 @@ pub(crate) fn mesh(mirrored: bool) -> Mesh {
         normals: SIDES.iter().flat_map(|&(normal, _)| [vector(normal); 4]).collect(),
         uvs: [DVec2::Y, DVec2::ONE, DVec2::X, DVec2::ZERO].repeat(6),
         faces: (0..6).flat_map(|i| [[0, 1, 2], [3, 0, 2]].map(|t| triangle(t.map(|k| 4 * i + k)))).collect(),
+        ..Mesh::default()
     }
 }
 

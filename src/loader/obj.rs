@@ -62,6 +62,7 @@ fn parse(bytes: &[u8], uvs: bool) -> std::result::Result<(Mesh, Materials), Faul
         normals: vectors(&model.mesh.normals),
         uvs: model.mesh.texcoords.chunks_exact(2).filter(|_| uvs).map(DVec2::from_slice).collect(),
         faces: model.mesh.indices.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect(),
+        ..Mesh::default()
     };
     let finite = mesh.positions.iter().chain(&mesh.normals).all(|v| v.is_finite());
     if finite && mesh.uvs.iter().all(|v| v.is_finite()) {

@@ -78,7 +78,7 @@ pub fn shape(geometry: Geometry, to_world: DAffine3, bsdf: usize, emission: Opti
         to_world,
         flip_normals: false,
         bsdf: BsdfId(bsdf),
-        emission: emission.map(Rgb::splat),
+        emission: emission.map(|v| Emission::uniform(Rgb::splat(v))),
     }
 }
 

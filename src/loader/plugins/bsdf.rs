@@ -277,7 +277,7 @@ fn mask(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
 }
 
 fn normalmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
-    let normal = NormalSource::Map(required_texture(b, p, Some("normalmap"))?);
+    let normal = NormalSource::Map { texture: required_texture(b, p, Some("normalmap"))?, scale: 1.0 };
     perturbed(b, p, normal)
 }
 

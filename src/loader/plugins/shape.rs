@@ -2,7 +2,7 @@
 
 use super::emitter::emission;
 use super::find;
-use crate::description::{Geometry, Mesh, Shape};
+use crate::description::{Emission, Geometry, Mesh, Shape};
 use crate::error::{Error, Result};
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId};
@@ -64,7 +64,7 @@ pub(crate) fn shape(b: &mut Builder<'_>, id: ObjectId) -> Result<Shape> {
     let p = Params::new(b.document, id);
     let make = find(b.document, id, SHAPES)?;
     let emission = match p.child(Category::Emitter)? {
-        Some((emitter, at)) => Some(emission(b, emitter, at)?),
+        Some((emitter, at)) => Some(Emission::uniform(emission(b, emitter, at)?)),
         None => None,
     };
     let bsdf = match p.child(Category::Bsdf)? {

@@ -66,7 +66,12 @@ fn texture_of(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str, default: 
         return b.texture(id);
     }
     let colour = colour(b, p, name, SpectrumRole::Reflectance)?.unwrap_or(Rgb::splat(default));
-    Ok(b.add_texture(Texture { at: p.span(), kind: TextureKind::Constant(colour), to_uv: DAffine2::IDENTITY }))
+    Ok(b.add_texture(Texture {
+        at: p.span(),
+        kind: TextureKind::Constant(colour),
+        uv_set: 0,
+        to_uv: DAffine2::IDENTITY,
+    }))
 }
 
 /// Makes a texture of an object.
@@ -78,7 +83,7 @@ pub(crate) fn texture(b: &mut Builder<'_>, id: ObjectId) -> Result<TextureId> {
         let [x, y] = [m.matrix3.x_axis, m.matrix3.y_axis].map(|axis| axis.truncate());
         DAffine2 { matrix2: DMat2::from_cols(x, y), translation: m.translation.truncate() }
     });
-    let made = Texture { at: p.span(), kind, to_uv };
+    let made = Texture { at: p.span(), kind, uv_set: 0, to_uv };
     p.finish(b)?;
     Ok(b.add_texture(made))
 }
@@ -97,7 +102,7 @@ fn bitmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
     let file = p.required_text("filename")?;
     let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;
     let image = b.picture(path, raw, p.at("filename"))?;
-    Ok(TextureKind::Bitmap { image, bilinear, wrap })
+    Ok(TextureKind::Bitmap { image, bilinear, wrap: [wrap; 2] })
 }
 
 fn checkerboard(b: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
@@ -123,5 +128,10 @@ pub(crate) fn required_texture(b: &mut Builder<'_>, p: &Params<'_>, name: Option
         return b.texture(id);
     }
     let colour = super::colour::texture(b, id, SpectrumRole::Index)?;
-    Ok(b.add_texture(Texture { at: p.span(), kind: TextureKind::Constant(colour), to_uv: DAffine2::IDENTITY }))
+    Ok(b.add_texture(Texture {
+        at: p.span(),
+        kind: TextureKind::Constant(colour),
+        uv_set: 0,
+        to_uv: DAffine2::IDENTITY,
+    }))
 }

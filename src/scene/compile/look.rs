@@ -4,7 +4,7 @@ use super::geometry::Compiled;
 use super::lights::{self, Place, check_colour};
 use super::material::Materials;
 use super::{tangents, uvs};
-use crate::description::SceneDescription;
+use crate::description::{self, SceneDescription};
 use crate::error::Result;
 use crate::light::{AreaLight, Light, PointLight};
 use crate::scene::Appearance;
@@ -35,7 +35,7 @@ pub(super) fn compile(
     for (index, ((shape, &described), space)) in (0u32..).zip(shapes.iter().zip(kept).zip(spaces)) {
         let material = look.materials.index(description, described.bsdf, place.to_scene.unit)?;
         let light = match described.emission {
-            Some(radiance) if !radiance.is_black() => {
+            Some(description::Emission { radiance, .. }) if !radiance.is_black() => {
                 check_colour(&described.at, "a radiance", radiance)?;
                 let light = AreaLight::new(index, shape, radiance);
                 if light.is_none() {

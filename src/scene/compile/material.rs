@@ -141,7 +141,7 @@ impl Builder<'_> {
 
     fn normal(&self, normal: description::NormalSource) -> NormalSource {
         match normal {
-            description::NormalSource::Map(texture) => NormalSource::Map(texture.0 as u32),
+            description::NormalSource::Map { texture, .. } => NormalSource::Map(texture.0 as u32),
             description::NormalSource::Bump { height, scale } => {
                 NormalSource::Bump { height: height.0 as u32, scale: (scale * self.unit) as f32 }
             }
@@ -198,7 +198,7 @@ fn leaf(kind: &BsdfKind) -> Option<Bsdf> {
         BsdfKind::OrenNayar { reflectance, roughness } => {
             Bsdf::OrenNayar(OrenNayar { reflectance, roughness: roughness as f32 })
         }
-        BsdfKind::Null => Bsdf::Null(Null),
+        BsdfKind::Gltf(_) | BsdfKind::Null => Bsdf::Null(Null),
         BsdfKind::TwoSided { .. } | BsdfKind::Blend { .. } | BsdfKind::Mask { .. } | BsdfKind::Perturbed { .. } => {
             return None;
         }
@@ -248,7 +248,7 @@ fn parameter(parameter: description::Parameter) -> Parameter {
         description::Parameter::Flatness => Parameter::Flatness,
         description::Parameter::Clearcoat => Parameter::Clearcoat,
         description::Parameter::ClearcoatGloss => Parameter::ClearcoatGloss,
-        description::Parameter::DiffTrans => Parameter::DiffTrans,
+        _ => Parameter::DiffTrans,
     }
 }
 
@@ -263,7 +263,7 @@ fn texture(texture: &description::Texture) -> Texture {
         description::TextureKind::Bitmap { image, bilinear, wrap } => TextureKind::Bitmap(Bitmap {
             image: image.clone(),
             bilinear: *bilinear,
-            wrap: match wrap {
+            wrap: match wrap[0] {
                 description::Wrap::Repeat => Wrap::Repeat,
                 description::Wrap::Mirror => Wrap::Mirror,
                 description::Wrap::Clamp => Wrap::Clamp,
@@ -272,6 +272,7 @@ fn texture(texture: &description::Texture) -> Texture {
         description::TextureKind::Checkerboard { colors } => {
             TextureKind::Checkerboard { colors: colors.map(|id| id.0 as u32) }
         }
+        _ => TextureKind::Constant(crate::spectrum::Rgb::WHITE),
     };
     let DAffine2 { matrix2, translation } = texture.to_uv;
     Texture { kind, to_uv: glam::Affine2 { matrix2: matrix2.as_mat2(), translation: translation.as_vec2() } }
