@@ -72,7 +72,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         warnings: Vec::new(),
     };
     let is_ply = extension(path).is_some_and(|e| e == "ply");
-    let (mut mesh, materials) = if is_ply { (ply::read(path, false)?, None) } else { read_obj(path)? };
+    let (mut mesh, materials) = if is_ply { (ply::read(path, ply::Wanted::default())?, None) } else { read_obj(path)? };
     if mesh.normals.len() != mesh.positions.len() {
         creases::split(&mut mesh.positions, &mut mesh.faces);
         mesh.normals = normals::compute(&mesh.positions, &mesh.faces, DMat3::IDENTITY);

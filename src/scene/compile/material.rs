@@ -7,8 +7,6 @@ use crate::bsdf::{
 use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
 use crate::error::{Error, Result, Span};
 use crate::material::{Graph, Material, Node, NormalSource, Number, Sides};
-use crate::texture::{Bitmap, Texture, TextureKind, Textures, Wrap};
-use glam::DAffine2;
 use std::collections::HashMap;
 
 /// The materials compiled so far.
@@ -141,7 +139,9 @@ impl Builder<'_> {
 
     fn normal(&self, normal: description::NormalSource) -> NormalSource {
         match normal {
-            description::NormalSource::Map { texture, .. } => NormalSource::Map(texture.0 as u32),
+            description::NormalSource::Map { texture, scale } => {
+                NormalSource::Map { texture: texture.0 as u32, scale: scale as f32 }
+            }
             description::NormalSource::Bump { height, scale } => {
                 NormalSource::Bump { height: height.0 as u32, scale: (scale * self.unit) as f32 }
             }
@@ -250,30 +250,4 @@ fn parameter(parameter: description::Parameter) -> Parameter {
         description::Parameter::ClearcoatGloss => Parameter::ClearcoatGloss,
         _ => Parameter::DiffTrans,
     }
-}
-
-/// Every texture of the description.
-pub(super) fn textures(description: &SceneDescription) -> Textures {
-    Textures::new(description.textures.iter().map(texture).collect())
-}
-
-fn texture(texture: &description::Texture) -> Texture {
-    let kind = match &texture.kind {
-        &description::TextureKind::Constant(colour) => TextureKind::Constant(colour),
-        description::TextureKind::Bitmap { image, bilinear, wrap } => TextureKind::Bitmap(Bitmap {
-            image: image.clone(),
-            bilinear: *bilinear,
-            wrap: match wrap[0] {
-                description::Wrap::Repeat => Wrap::Repeat,
-                description::Wrap::Mirror => Wrap::Mirror,
-                description::Wrap::Clamp => Wrap::Clamp,
-            },
-        }),
-        description::TextureKind::Checkerboard { colors } => {
-            TextureKind::Checkerboard { colors: colors.map(|id| id.0 as u32) }
-        }
-        _ => TextureKind::Constant(crate::spectrum::Rgb::WHITE),
-    };
-    let DAffine2 { matrix2, translation } = texture.to_uv;
-    Texture { kind, to_uv: glam::Affine2 { matrix2: matrix2.as_mat2(), translation: translation.as_vec2() } }
 }
