@@ -85,7 +85,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
             scene.shapes.push(shape(&at, "mesh", Geometry::Mesh(Arc::new(mesh)), bsdf, None));
         }
     }
-    if scene.shapes.iter().all(|s| s.emission.is_none()) {
+    if options.sky.is_none() && scene.shapes.iter().all(|s| s.emission.is_none()) {
         view.light(&mut scene, &at);
     }
     scene.cameras.push(view.camera(&at));
