@@ -104,16 +104,16 @@ fn channel(image: &FlatImage, name: &str) -> Vec<f32> {
 #[test]
 fn aovs_are_channels_of_one_file() {
     let desk = Desk::new();
-    let all = "--aov=albedo,normal,shading_normal,depth,position,uv,primitive,shape,material,samples";
+    let all = "--aov=albedo,normal,shading_normal,depth,position,uv,primitive,shape,material,samples,error";
     desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=3", "-q", all, "-o", "a.exr", "-o", "a.png"]);
     desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=3", "-q", "-o", "plain.exr"]);
     let (image, plain) = (read(&desk, "a.exr"), read(&desk, "plain.exr"));
     let own = channels(&plain)[0].1;
-    let expected = "B G N.X N.Y N.Z Ns.X Ns.Y Ns.Z P.X P.Y P.Z R Z albedo.B albedo.G albedo.R material primitive \
-                    samples shape uv.U uv.V";
+    let expected = "B G N.X N.Y N.Z Ns.X Ns.Y Ns.Z P.X P.Y P.Z R Z albedo.B albedo.G albedo.R error.B error.G \
+                    error.R material primitive samples shape uv.U uv.V";
     let expected = expected.split_whitespace().map(|name| {
         let is_whole = ["material", "primitive", "samples", "shape"].contains(&name);
-        let is_colour = ["R", "G", "B"].contains(&name) || name.starts_with("albedo");
+        let is_colour = ["R", "G", "B"].contains(&name) || name.starts_with("albedo") || name.starts_with("error");
         (
             name.to_owned(),
             if is_whole {
@@ -132,6 +132,42 @@ fn aovs_are_channels_of_one_file() {
     for (i, (shape, z)) in channel(&image, "shape").iter().zip(channel(&image, "Z")).enumerate() {
         assert!(if *shape > 0.0 { z > 0.0 } else { i != 136 }, "pixel {i}: shape {shape}, depth {z}");
     }
+}
+
+/// Of independent samples the mean square of the estimate is that of the error; of a sequence's it is rather larger.
+///
+/// Hypothesis: the mean over pixels and seeds of the estimated squares is that of the true ones, 16 independent samples
+/// against the mean of 64 times as many. The ratio of 24 seeds, on pixels without the rim of the light, whose few samples
+/// would decide alone, has a standard deviation of 7 % (found by 60 seeds in groups): false alarms beyond 30 % are rarer
+/// than one in 10⁴. Of a sequence's halves the ratio was 1.15 with a deviation of 4 %.
+#[test]
+fn the_error_is_estimated() {
+    let desk = Desk::new();
+    let picture = |name: &str, args: &[&str]| {
+        desk.succeeds(
+            &[&["render", SCENE, "-Dres=16", "--crop=0,6,16,10", "-q", "--aov=error", "-o", name], args].concat(),
+        );
+        read(&desk, name)
+    };
+    let truth = values(&picture("truth.exr", &["--spp=1024"]));
+    let ratio = |sampler: &str| {
+        let (mut estimated, mut found) = (0.0, 0.0);
+        for seed in 0..24 {
+            let image = picture("a.exr", &["--spp=16", sampler, "--seed", &seed.to_string()]);
+            let errors = ["error.R", "error.G", "error.B"].map(|name| channel(&image, name));
+            for ((values, errors), truth) in values(&image).iter().zip(&errors).zip(&truth) {
+                for ((value, error), truth) in values.iter().zip(errors).zip(truth) {
+                    estimated += f64::from(error * error);
+                    found += f64::from((value - truth).powi(2));
+                }
+            }
+        }
+        estimated / found
+    };
+    let independent = ratio("--sampler=independent");
+    assert!((0.7..1.3).contains(&independent), "{independent}");
+    let sobol = ratio("--sampler=sobol");
+    assert!((0.95..1.35).contains(&sobol), "{sobol}");
 }
 
 /// Colours without alpha, weighed as Mitsuba does; luminance is what it is of white.

@@ -223,7 +223,7 @@ fn maps_with_odd_values() {
         let error = loaded(value).unwrap_err().to_string();
         assert!(
             error.contains("scene.xml:1:")
-                && error.contains("'m.exr' has a value that is not finite, in column 2 of row 1"),
+                && error.contains("m.exr' has a value that is not finite, in column 2 of row 1"),
             "{error}"
         );
     }

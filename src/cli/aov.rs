@@ -1,10 +1,11 @@
 //! What is written beside the picture: by `--aov`, by the scene's integrators, by the film's pixel format.
 
 use super::args::AovName;
+use super::error_estimate;
 use crate::description::{self, AovKind};
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::image::{PixelFormat, Plane, PlaneValues};
+use crate::image::{Picture, PixelFormat, Plane, PlaneValues};
 use crate::integrator::aov::{Aov, Aovs, Index, Number, Quantity};
 use crate::math::float::saturate_to_f32;
 use crate::scene::Scene;
@@ -19,6 +20,8 @@ enum Source {
     Number(usize),
     /// The count of samples.
     Samples,
+    /// A channel of the estimated error, for which the film has the means of [`error_estimate`] from this on.
+    Error { later: usize, channel: usize },
 }
 
 /// Everything beside the picture.
@@ -83,8 +86,13 @@ impl Beside {
     }
 
     /// The channels beside the picture.
-    pub(super) fn planes(&self, film: &Film) -> Vec<Plane> {
-        let plane = |(name, source): &(String, Source)| {
+    pub(super) fn planes(&self, film: &Film, picture: &Picture) -> Vec<Plane> {
+        let error = self.channels.iter().find_map(|(_, source)| match *source {
+            Source::Error { later, .. } => Some(error_estimate::planes(film, picture, later)),
+            _ => None,
+        });
+        let mut error = error.unwrap_or_default();
+        let mut plane = |(name, source): &(String, Source)| {
             let values = match *source {
                 Source::Mean { index, unit, is_colour } => {
                     let values = film.means(index).into_iter().map(|v| saturate_to_f32(v * unit)).collect();
@@ -92,10 +100,11 @@ impl Beside {
                 }
                 Source::Number(index) => PlaneValues::Whole(film.numbers(index)),
                 Source::Samples => PlaneValues::Whole(film.sample_counts()),
+                Source::Error { channel, .. } => PlaneValues::Colour(std::mem::take(&mut error[channel])),
             };
             Plane { name: name.clone(), values }
         };
-        self.channels.iter().map(plane).collect()
+        self.channels.iter().map(&mut plane).collect()
     }
 
     fn add_named(&mut self, name: AovName, scene: &Scene) {
@@ -109,6 +118,7 @@ impl Beside {
             AovName::Primitive => return self.add_number("primitive", Number { index: Index::Primitive, first: 1 }),
             AovName::Shape => return self.add_number("shape", Number { index: Index::Shape, first: 1 }),
             AovName::Material => return self.add_number("material", Number { index: Index::Material, first: 1 }),
+            AovName::Error => return self.add_error(),
             AovName::Samples => {
                 self.aovs.sample_counts = true;
                 return self.channels.push(("samples".into(), Source::Samples));
@@ -119,11 +129,24 @@ impl Beside {
     }
 
     fn add_mean(&mut self, names: &[String], aov: Aov, scene: &Scene) {
-        let first: usize = self.aovs.means.iter().map(|aov| aov.quantity.components()).sum();
+        let first = self.components();
         let is_colour = matches!(aov.quantity, Quantity::Albedo | Quantity::DiffuseReflectance | Quantity::Radiance);
         let source = |index| Source::Mean { index, unit: aov.unit(scene), is_colour: is_colour && !aov.squared };
         self.channels.extend(names.iter().zip(first..).map(|(name, index)| (name.clone(), source(index))));
         self.aovs.means.push(aov);
+    }
+
+    fn add_error(&mut self) {
+        let later = self.components();
+        let means = [Quantity::LaterRadiance, Quantity::Later].map(|quantity| Aov { quantity, squared: false });
+        self.aovs.means.extend(means);
+        let channel = |(channel, end)| (format!("error.{end}"), Source::Error { later, channel });
+        self.channels.extend(["R", "G", "B"].into_iter().enumerate().map(channel));
+    }
+
+    /// How many means the film is to keep so far.
+    fn components(&self) -> usize {
+        self.aovs.means.iter().map(|aov| aov.quantity.components()).sum()
     }
 
     fn add_number(&mut self, name: &str, number: Number) {

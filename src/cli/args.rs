@@ -164,7 +164,8 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub(super) exposure: f32,
     /// Write channels beside the picture, into .exr files: albedo, normal, shading_normal, depth, position, uv,
-    /// primitive, shape, material of the first surface that camera rays meet, and the count of samples.
+    /// primitive, shape, material of the first surface that camera rays meet, the count of samples, and the estimated
+    /// standard error of the picture.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = aov)]
     pub(super) aov: Vec<AovName>,
     /// Whether the camera sees light from infinitely far away; if not, it still lights everything, and alpha tells where
@@ -198,6 +199,7 @@ pub(super) enum AovName {
     Shape,
     Material,
     Samples,
+    Error,
 }
 
 /// Names of [`Accelerator`]s.
@@ -323,11 +325,6 @@ fn sample_id(text: &str) -> Result<SampleId, String> {
 
 /// A channel to write. Mitsuba's and other renderers' words have underscores.
 fn aov(text: &str) -> Result<AovName, String> {
-    if text == "error" {
-        return Err(
-            "the error of a pixel cannot be estimated yet: its samples are not independent of each other".into()
-        );
-    }
     let names = || AovName::value_variants().iter().filter_map(ValueEnum::to_possible_value);
     AovName::from_str(&text.replace('_', "-"), false).map_err(|_| {
         let names: Vec<String> = names().map(|name| name.get_name().replace('-', "_")).collect();

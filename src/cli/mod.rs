@@ -5,6 +5,7 @@
 mod aov;
 mod args;
 mod diff;
+mod error_estimate;
 mod info;
 mod interrupt;
 mod prepare;

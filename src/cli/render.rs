@@ -48,6 +48,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let format = pixel_format(args, &prepared);
     let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
     beside.aovs.sky_counts = integrator != IntegratorName::Direct;
+    beside.aovs.later_from = settings.samples.div_ceil(2);
     prepare::check_film(&prepared.scene, beside.bytes(&prepared.scene))?;
     if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
         say(format_args!(
@@ -70,7 +71,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     if rendered.samples > 0 {
         let options = write_options(args, command, &prepared, &rendered, &settings, &names);
         let (picture, alpha) = (rendered.film.develop(), beside.alpha(&rendered.film));
-        let planes = beside.planes(&rendered.film);
+        let planes = beside.planes(&rendered.film, &picture);
         let layers = Layers { picture: &picture, format, alpha: alpha.as_deref(), planes: &planes };
         clamped = write(layers, &options, pictures, &say, &mut failures);
     }
