@@ -16,7 +16,10 @@ use snell::integrator::record::Event;
 use snell::render::{Progress, RenderSettings, render_with};
 use snell::scene::Scene;
 
-const ALL: [Quantity; 11] = [
+/// Samples of a pixel before its later half.
+const LATER_FROM: u32 = 40;
+
+const ALL: [Quantity; 13] = [
     Quantity::Albedo,
     Quantity::DiffuseReflectance,
     Quantity::Normal,
@@ -28,6 +31,8 @@ const ALL: [Quantity; 11] = [
     Quantity::Radiance,
     Quantity::Xyz,
     Quantity::Alpha,
+    Quantity::LaterRadiance,
+    Quantity::Later,
 ];
 
 const NUMBERS: [Number; 3] = [
@@ -39,7 +44,13 @@ const NUMBERS: [Number; 3] = [
 /// Every quantity, plain and squared, and every number.
 fn everything() -> Aovs {
     let means = ALL.iter().flat_map(|&quantity| [false, true].map(|squared| Aov { quantity, squared }));
-    Aovs { means: means.collect(), numbers: NUMBERS.to_vec(), sample_counts: true, sky_counts: true }
+    Aovs {
+        means: means.collect(),
+        numbers: NUMBERS.to_vec(),
+        sample_counts: true,
+        sky_counts: true,
+        later_from: LATER_FROM,
+    }
 }
 
 fn film(scene: &Scene, settings: &RenderSettings, aovs: &Aovs, threads: usize) -> Film {
@@ -122,6 +133,8 @@ fn a_plane_at_known_depth() {
         assert_eq!(of(Quantity::Albedo)[i], [0.25; 3]);
         assert_eq!(of(Quantity::DiffuseReflectance)[i], [0.25; 3]);
         assert_eq!(of(Quantity::Alpha)[i][0], 1.0);
+        // 24 of 64 samples are the later half.
+        assert_eq!(of(Quantity::Later)[i][0], 0.375);
     }
     assert_eq!(film.sample_counts(), [64; (N * N) as usize]);
 }

@@ -70,6 +70,12 @@ impl Beside {
         }
     }
 
+    /// Says whether a sky that is seen counts for alpha, and how many samples a pixel gets.
+    pub(super) fn tell(&mut self, sky_counts: bool, samples: u32) {
+        self.aovs.sky_counts = sky_counts;
+        self.aovs.later_from = samples.div_ceil(2);
+    }
+
     /// Whether there are channels that only some formats can hold.
     pub(super) fn has_channels(&self) -> bool {
         !self.channels.is_empty()

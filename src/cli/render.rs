@@ -47,8 +47,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     }
     let format = pixel_format(args, &prepared);
     let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
-    beside.aovs.sky_counts = integrator != IntegratorName::Direct;
-    beside.aovs.later_from = settings.samples.div_ceil(2);
+    beside.tell(integrator != IntegratorName::Direct, settings.samples);
     prepare::check_film(&prepared.scene, beside.bytes(&prepared.scene))?;
     if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
         say(format_args!(
