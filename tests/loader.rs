@@ -518,7 +518,7 @@ fn definitions_replace_defaults_and_must_be_used() {
         Geometry::Sphere { radius, .. } => radius,
         _ => panic!(),
     };
-    let define = |name: &str| LoadOptions { defines: vec![(name.into(), "7".into())], lenient: false, uvs: false };
+    let define = |name: &str| LoadOptions { defines: vec![(name.into(), "7".into())], ..Default::default() };
     assert_eq!(radius(&LoadOptions::default()), 2.0);
     assert_eq!(radius(&define("r")), 7.0);
     let unused = load_text(body, &define("x")).unwrap_err().to_string();
@@ -618,7 +618,7 @@ fn the_cornell_box_is_read() {
         return;
     };
     let defines = vec![("spp".into(), "16".into()), ("seed".into(), "3".into())];
-    let s = load(&path, &LoadOptions { defines, lenient: false, uvs: false }).unwrap();
+    let s = load(&path, &LoadOptions { defines, ..Default::default() }).unwrap();
     assert_eq!((s.shapes.len(), s.bsdfs.len(), s.lights.len()), (8, 5, 0));
     assert_eq!((s.cameras[0].sampler.sample_count, s.cameras[0].sampler.seed), (16, 3));
     assert_eq!(s.integrator.max_depth, Some(6));

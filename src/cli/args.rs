@@ -113,6 +113,12 @@ pub(super) struct SceneArgs {
     /// Which of the scene's cameras, counted from 0.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(super) camera: usize,
+    /// A picture of the surroundings in latitude and longitude (.hdr, .exr), in place of the scene's sky.
+    #[arg(long, value_name = "FILE")]
+    pub(super) env: Option<PathBuf>,
+    /// Turn it to the left about the vertical axis (+y).
+    #[arg(long, value_name = "DEG", requires = "env", allow_negative_numbers = true, value_parser = finite)]
+    pub(super) env_rotate: Option<f32>,
     /// Size of the whole picture, in place of the file's.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(super) size: Option<(u32, u32)>,

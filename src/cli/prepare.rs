@@ -4,7 +4,7 @@ use super::args::SceneArgs;
 use crate::description::{Film, SceneDescription};
 use crate::error::{Error, Result};
 use crate::image::{Area, Crop};
-use crate::loader::{self, LoadOptions};
+use crate::loader::{self, LoadOptions, Sky};
 use crate::scene::Scene;
 use crate::scene::compile::{CompileOptions, compile};
 use rayon::ThreadPool;
@@ -36,7 +36,8 @@ pub(super) fn pool(threads: u32) -> Result<ThreadPool> {
 /// Reads and compiles the scene, with the texture coordinates of all shapes if `uvs` are wanted.
 pub(super) fn prepare(args: &SceneArgs, uvs: bool, pool: &ThreadPool) -> Result<Prepared> {
     let start = Instant::now();
-    let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs };
+    let sky = args.env.clone().map(|file| Sky { file, degrees: f64::from(args.env_rotate.unwrap_or(0.0)) });
+    let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs, sky };
     let mut description = loader::load(&args.scene, &options)?;
     adjust_film(&mut description, args)?;
     let options =

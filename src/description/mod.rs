@@ -18,6 +18,7 @@ use crate::error::Span;
 pub use crate::image::{ComponentFormat, Crop, Filter, Picture, PixelFormat};
 use crate::spectrum::Rgb;
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
+use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
 /// A whole scene file.
@@ -45,12 +46,30 @@ pub struct SceneDescription {
     pub warnings: Vec<String>,
 }
 
+impl SceneDescription {
+    /// Every texture that a shape's bsdf or emission asks, be it through others, each once.
+    pub fn textures_of(&self, shape: &Shape) -> BTreeSet<TextureId> {
+        let mut found: BTreeSet<TextureId> = shape.emission.and_then(|emission| emission.texture).into_iter().collect();
+        let (mut seen, mut bsdfs) = (HashSet::from([shape.bsdf]), vec![shape.bsdf]);
+        while let Some(id) = bsdfs.pop() {
+            let bsdf = &self.bsdfs[id.0];
+            found.extend(bsdf.asked_textures());
+            bsdfs.extend(bsdf.parts().into_iter().filter(|part| seen.insert(*part)));
+        }
+        let mut waiting: Vec<TextureId> = found.iter().copied().collect();
+        while let Some(id) = waiting.pop() {
+            waiting.extend(self.textures[id.0].parts().into_iter().filter(|part| found.insert(*part)));
+        }
+        found
+    }
+}
+
 /// Index into [`SceneDescription::bsdfs`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct BsdfId(pub usize);
 
 /// Index into [`SceneDescription::textures`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TextureId(pub usize);
 
 /// The `<integrator>` of the file.

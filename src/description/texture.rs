@@ -90,6 +90,15 @@ pub enum Wrap {
 }
 
 impl Texture {
+    /// The textures that it is made of.
+    pub fn parts(&self) -> Vec<TextureId> {
+        match self.kind {
+            TextureKind::Checkerboard { colors: parts } | TextureKind::Product(parts) => parts.to_vec(),
+            TextureKind::Channel { of, .. } | TextureKind::Threshold { of, .. } => vec![of],
+            TextureKind::Constant(_) | TextureKind::Bitmap { .. } | TextureKind::Attribute { .. } => Vec::new(),
+        }
+    }
+
     /// Whether it is not the same everywhere.
     pub fn is_varying(&self) -> bool {
         !matches!(self.kind, TextureKind::Constant(_))

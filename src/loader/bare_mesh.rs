@@ -59,7 +59,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         warnings: Vec::new(),
     };
     let is_ply = extension(path).is_some_and(|e| e == "ply");
-    let (mut mesh, materials) = if is_ply { (ply::read(path, false)?, None) } else { read_obj(path)? };
+    let (mut mesh, materials) = if is_ply { (ply::read(path, ply::Wanted::default())?, None) } else { read_obj(path)? };
     if mesh.normals.len() != mesh.positions.len() {
         creases::split(&mut mesh.positions, &mut mesh.faces);
         mesh.normals = normals::compute(&mesh.positions, &mesh.faces, DMat3::IDENTITY);
@@ -73,7 +73,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
             scene.shapes.push(shape(&at, "mesh", Geometry::Mesh(Arc::new(mesh)), bsdf, None));
         }
     }
-    if scene.shapes.iter().all(|s| s.emission.is_none()) {
+    if options.sky.is_none() && scene.shapes.iter().all(|s| s.emission.is_none()) {
         light(&view, &mut scene, &at);
     }
     scene.cameras.push(view.camera(&at));

@@ -8,7 +8,7 @@ use super::source::Loc;
 use super::xml::MAX_NESTING;
 use crate::description::{
     AovKind, Bsdf, BsdfId, BsdfKind, Group, GroupId, Instance, Integrator, Light, LightKind, SceneDescription, Shape,
-    Texture, TextureId,
+    Texture, TextureId, TextureKind,
 };
 use crate::error::{Error, Result};
 use crate::image::Raster;
@@ -163,6 +163,11 @@ impl<'d> Builder<'d> {
     /// Whether every shape needs texture coordinates.
     pub(crate) fn wants_uvs(&self) -> bool {
         self.wants_uvs
+    }
+
+    /// Whether a texture made so far asks for what meshes say themselves; a shape's own are made before its mesh.
+    pub(crate) fn wants_attributes(&self) -> bool {
+        self.textures.iter().any(|texture| matches!(texture.kind, TextureKind::Attribute { .. }))
     }
 
     /// Whether a bsdf lets light through.

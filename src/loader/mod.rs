@@ -27,12 +27,15 @@ mod params;
 mod plugins;
 mod ply;
 mod serialized;
+mod sky;
 mod source;
 mod substitute;
 mod suggest;
 mod transform;
 mod values;
 mod xml;
+
+pub use sky::Sky;
 
 use crate::description::SceneDescription;
 use crate::error::Result;
@@ -47,17 +50,22 @@ pub struct LoadOptions {
     pub lenient: bool,
     /// Whether the texture coordinates of every shape are wanted, not only of those with textures.
     pub uvs: bool,
+    /// An environment in place of the scene's own; a mesh that is the whole scene then has no lamp and no floor.
+    pub sky: Option<Sky>,
 }
 
 /// Reads a Mitsuba 3 XML scene and the meshes it uses, or glTF 2.0 (by its name, .gltf or .glb), or a mesh (.obj or .ply),
 /// to which a camera and light are added.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescription> {
-    if gltf::is_gltf(path) {
-        return gltf::read(path, options);
+    let mut scene = if gltf::is_gltf(path) {
+        gltf::read(path, options)?
+    } else if bare_mesh::is_mesh(path) {
+        bare_mesh::read(path, options)?
+    } else {
+        build::build(&xml::read(path, options)?, options)?
+    };
+    if let Some(sky) = &options.sky {
+        sky.replace_in(&mut scene)?;
     }
-    if bare_mesh::is_mesh(path) {
-        return bare_mesh::read(path, options);
-    }
-    let document = xml::read(path, options)?;
-    build::build(&document, options)
+    Ok(scene)
 }

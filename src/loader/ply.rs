@@ -5,6 +5,7 @@
 //!
 //! Source of the format: G. Turk, The PLY Polygon File Format, 1994.
 
+mod attributes;
 mod body;
 mod header;
 
@@ -17,21 +18,33 @@ use std::path::Path;
 type Fault = (Position, String);
 type Parsed<T> = std::result::Result<T, Fault>;
 
-/// Reads a mesh; its normals are as many as its positions, or none. So are its texture coordinates if `uvs` asks for them.
-pub(crate) fn read(path: &Path, uvs: bool) -> Result<Mesh> {
-    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
-    parse(&bytes, uvs).map_err(|(position, message)| Error::scene(&Span { file: path.into(), position }, message))
+/// What to read beside positions, normals and faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) struct Wanted {
+    /// Texture coordinates.
+    pub(crate) uvs: bool,
+    /// Attributes.
+    pub(crate) attributes: bool,
 }
 
-fn parse(bytes: &[u8], uvs: bool) -> Parsed<Mesh> {
+/// Reads a mesh; its normals are as many as its positions, or none. So are its texture coordinates if they are wanted.
+pub(crate) fn read(path: &Path, wanted: Wanted) -> Result<Mesh> {
+    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
+    parse(&bytes, wanted).map_err(|(position, message)| Error::scene(&Span { file: path.into(), position }, message))
+}
+
+fn parse(bytes: &[u8], wanted: Wanted) -> Parsed<Mesh> {
     let header = header::parse(bytes)?;
-    body::parse(bytes, &header, uvs)
+    body::parse(bytes, &header, wanted)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::DVec3;
+
+    const PLAIN: Wanted = Wanted { uvs: false, attributes: false };
+    const UVS: Wanted = Wanted { uvs: true, ..PLAIN };
 
     const HEADER: &str = "element vertex 4\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\n\
         element tag 1\nproperty list uchar short data\nproperty int n\n\
@@ -75,12 +88,12 @@ mod tests {
 
     #[test]
     fn all_formats_are_one_mesh() {
-        let mesh = parse(&ascii(HEADER, BODY), false).unwrap();
+        let mesh = parse(&ascii(HEADER, BODY), PLAIN).unwrap();
         assert_eq!(mesh.positions[2], DVec3::new(1.0, 1.0, 0.5));
         assert_eq!(mesh.faces, [[0, 1, 2], [0, 1, 2], [0, 2, 3]]);
         assert!(mesh.normals.is_empty());
-        assert_eq!(parse(&binary(false), false).unwrap(), mesh);
-        assert_eq!(parse(&binary(true), false).unwrap(), mesh);
+        assert_eq!(parse(&binary(false), PLAIN).unwrap(), mesh);
+        assert_eq!(parse(&binary(true), PLAIN).unwrap(), mesh);
     }
 
     #[test]
@@ -88,7 +101,7 @@ mod tests {
         for whole in [ascii(HEADER, BODY), binary(false), binary(true)] {
             // The last bytes of an ascii file are its last number and a line end.
             for end in 0..whole.len() - 2 {
-                assert!(parse(&whole[..end], false).is_err(), "{end} of {}", whole.len());
+                assert!(parse(&whole[..end], PLAIN).is_err(), "{end} of {}", whole.len());
             }
         }
     }
@@ -98,13 +111,13 @@ mod tests {
         let vertex = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
         let face = "element face 1\nproperty list uchar int vertex_indices\n";
         let (points, faces) = ("0 0 0\n1 0 0\n1 1 0\n0 1 0\n", "4 0 1 2 3\n");
-        let usual = parse(&ascii(&format!("{vertex}{face}end_header\n"), &format!("{points}{faces}")), false).unwrap();
+        let usual = parse(&ascii(&format!("{vertex}{face}end_header\n"), &format!("{points}{faces}")), PLAIN).unwrap();
         let swapped =
-            parse(&ascii(&format!("{face}{vertex}end_header\n"), &format!("{faces}{points}")), false).unwrap();
+            parse(&ascii(&format!("{face}{vertex}end_header\n"), &format!("{faces}{points}")), PLAIN).unwrap();
         assert_eq!(usual, swapped);
         let beyond = ascii(&format!("{face}{vertex}end_header\n"), &format!("4 0 1 2 4\n{points}"));
-        assert!(parse(&beyond, false).unwrap_err().1.contains("out of range; the file has 4"));
-        assert!(parse(&ascii(&format!("{face}end_header\n"), faces), false).unwrap_err().1.contains("the file has 0"));
+        assert!(parse(&beyond, PLAIN).unwrap_err().1.contains("out of range; the file has 4"));
+        assert!(parse(&ascii(&format!("{face}end_header\n"), faces), PLAIN).unwrap_err().1.contains("the file has 0"));
     }
 
     #[test]
@@ -112,22 +125,22 @@ mod tests {
         let header = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float s\n\
             property float t\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
         let file = ascii(header, "0 0 0 0.5 1\n1 0 0 0 1\n1 1 0 0 0\n3 0 1 2\n");
-        assert_eq!(parse(&file, true).unwrap().uvs[0], glam::DVec2::new(0.5, 1.0));
-        assert!(parse(&file, false).unwrap().uvs.is_empty());
+        assert_eq!(parse(&file, UVS).unwrap().uvs[0], glam::DVec2::new(0.5, 1.0));
+        assert!(parse(&file, PLAIN).unwrap().uvs.is_empty());
     }
 
     #[test]
     fn normals_are_read() {
         let header = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\n\
             property float ny\nproperty float nz\nelement face 1\nproperty list uchar uint vertex_index\nend_header\n";
-        let mesh = parse(&ascii(header, "0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n3 0 1 2\n"), false).unwrap();
+        let mesh = parse(&ascii(header, "0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n3 0 1 2\n"), PLAIN).unwrap();
         assert_eq!(mesh.normals, [DVec3::Z; 3]);
     }
 
     #[test]
     fn faults_name_their_place() {
         let lines = HEADER.lines().count() as u32 + 3;
-        let of = |body: &str| parse(&ascii(HEADER, body), false).unwrap_err();
+        let of = |body: &str| parse(&ascii(HEADER, body), PLAIN).unwrap_err();
         let nan = of(&BODY.replace("1 1 0.5", "1 nan 0.5"));
         assert_eq!(nan, (Position::Line(lines + 3), "'nan' is not a finite number".into()));
         let range = of(&BODY.replace("4 0 1 2 3", "4 0 1 2 4"));
@@ -137,11 +150,11 @@ mod tests {
         assert!(of(&BODY.replace("4 0 1 2 3", "4 0 1.5 2 3")).1.contains("'1.5' is not a vertex index"));
         assert!(of(&BODY.replace("4 0 1 2 3", "3.7 0 1 2")).1.contains("'3.7' is not the length"));
         let huge = HEADER.replace("vertex 4", "vertex 4000000000");
-        assert!(parse(&ascii(&huge, BODY), false).unwrap_err().1.contains("too short"));
+        assert!(parse(&ascii(&huge, BODY), PLAIN).unwrap_err().1.contains("too short"));
         let bytes = binary(false);
         let mut broken = bytes.clone();
         broken[bytes.len() - 4..].copy_from_slice(&9_i32.to_le_bytes());
-        let (at, message) = parse(&broken, false).unwrap_err();
+        let (at, message) = parse(&broken, PLAIN).unwrap_err();
         assert!(matches!(at, Position::Byte(_)) && message.contains("out of range"), "{message}");
     }
 
@@ -159,7 +172,7 @@ mod tests {
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement vertex 1\nend_header\n",
             "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n0",
         ] {
-            assert!(parse(bad.as_bytes(), false).is_err(), "{bad}");
+            assert!(parse(bad.as_bytes(), PLAIN).is_err(), "{bad}");
         }
     }
 }

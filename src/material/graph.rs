@@ -73,7 +73,12 @@ pub enum Number {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NormalSource {
     /// From the channels of a texture, as (n + 1)/2.
-    Map(u32),
+    Map {
+        /// The texture.
+        texture: u32,
+        /// A factor on the components along the surface.
+        scale: f32,
+    },
     /// From a height above the surface.
     Bump {
         /// The texture.
@@ -85,17 +90,19 @@ pub enum NormalSource {
 
 /// Where on a surface, and seen from where.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct Place<'a> {
     /// Where textures are asked.
-    pub point: TexturePoint,
+    pub point: TexturePoint<'a>,
     /// Direction to the viewer in the shading frame.
     pub wo: Vec3,
     /// ∂p/∂u and ∂p/∂v in the shading frame, in the compiled scene's unit of length.
     pub dp: [Vec3; 2],
+    /// Whether the second axis of a normal map is the negative of the shading frame's.
+    pub mirrored: bool,
 }
 
 impl Number {
-    fn at(self, textures: &Textures, point: &TexturePoint) -> f32 {
+    fn at(self, textures: &Textures, point: &TexturePoint<'_>) -> f32 {
         match self {
             Self::Constant(value) => value,
             // NaN becomes 0.
@@ -122,7 +129,7 @@ impl Graph {
     }
 
     /// The layers of the material at a place, in place of what `layers` holds.
-    pub fn resolve(&self, textures: &Textures, place: &Place, layers: &mut Vec<Layer>) {
+    pub fn resolve(&self, textures: &Textures, place: &Place<'_>, layers: &mut Vec<Layer>) {
         layers.clear();
         if let Some(root) = self.0.len().checked_sub(1) {
             Resolver { graph: self, textures, place, layers }.node(root as u32, 1.0, None);
@@ -134,7 +141,7 @@ impl Graph {
 struct Resolver<'a> {
     graph: &'a Graph,
     textures: &'a Textures,
-    place: &'a Place,
+    place: &'a Place<'a>,
     layers: &'a mut Vec<Layer>,
 }
 
@@ -190,7 +197,10 @@ impl Resolver<'_> {
     ) -> Perturbation {
         let wo = own(outer.as_ref(), self.place.wo);
         let mut n = match normal {
-            NormalSource::Map(texture) => self.textures.colour(texture, &self.place.point).0 * 2.0 - 1.0,
+            NormalSource::Map { texture, scale } => {
+                let n = self.textures.colour(texture, &self.place.point).0 * 2.0 - 1.0;
+                n * Vec3::new(scale, if self.place.mirrored { -scale } else { scale }, 1.0)
+            }
             NormalSource::Bump { height, scale } => {
                 let gradient = self.textures.gradient(height, &self.place.point) * scale;
                 bumped(self.place.dp.map(|dp| own(outer.as_ref(), dp)), gradient)

@@ -23,12 +23,12 @@ fn metal(alpha: f32) -> Node {
 
 /// Constants as textures: index 0, 1, ...
 fn textures(colours: &[Rgb]) -> Textures {
-    let constant = |&colour| Texture { kind: TextureKind::Constant(colour), to_uv: Affine2::IDENTITY };
+    let constant = |&colour| Texture { kind: TextureKind::Constant(colour), uv_set: 0, to_uv: Affine2::IDENTITY };
     Textures::new(colours.iter().map(constant).collect())
 }
 
 fn layers(nodes: Vec<Node>, textures: &Textures, wo: Vec3) -> Vec<Layer> {
-    let place = Place { point: TexturePoint { uv: Vec2::ZERO }, wo, dp: [Vec3::X, Vec3::Y] };
+    let place = Place { point: TexturePoint::new(Vec2::ZERO), wo, dp: [Vec3::X, Vec3::Y], mirrored: false };
     let mut layers = Vec::new();
     Graph::new(nodes).resolve(textures, &place, &mut layers);
     layers
@@ -50,7 +50,7 @@ fn towards(x: f32, y: f32, z: f32) -> Vec3 {
 const VIEWS: [(f32, f32, f32); 4] = [(0.0, 0.0, 1.0), (0.5, 0.3, 0.8), (-0.9, 0.2, 0.3), (0.3, -0.99, 0.05)];
 
 fn perturbed(nested: u32, texture: u32, flip_invalid: bool, shadowing: bool) -> Node {
-    Node::Perturbed { nested, normal: NormalSource::Map(texture), flip_invalid, shadowing }
+    Node::Perturbed { nested, normal: NormalSource::Map { texture, scale: 1.0 }, flip_invalid, shadowing }
 }
 
 /// Materials without delta lobes, with the textures that they ask.
@@ -208,15 +208,16 @@ fn light_fades_towards_the_terminator() {
 #[test]
 fn a_bump_tilts_the_normal_against_its_slope() {
     // A height that rises by 1/2 a unit of length along x: the normal leans back by atan(1/2).
-    let place = Place { point: TexturePoint { uv: Vec2::new(0.5, 0.25) }, wo: Vec3::Z, dp: [Vec3::X, Vec3::Y] };
+    let place =
+        Place { point: TexturePoint::new(Vec2::new(0.5, 0.25)), wo: Vec3::Z, dp: [Vec3::X, Vec3::Y], mirrored: false };
     let mut pixels = image::GrayImage::new(2, 2);
     pixels.put_pixel(1, 0, image::Luma([255]));
     pixels.put_pixel(1, 1, image::Luma([255]));
     let mut png = std::io::Cursor::new(Vec::new());
     pixels.write_to(&mut png, image::ImageFormat::Png).expect("a picture in memory");
     let image = crate::image::Raster::decode(png.get_ref(), None, true).expect("the picture");
-    let bitmap = crate::texture::Bitmap { image: image.into(), bilinear: true, wrap: crate::texture::Wrap::Clamp };
-    let height = Texture { kind: TextureKind::Bitmap(bitmap), to_uv: Affine2::IDENTITY };
+    let bitmap = crate::texture::Bitmap { image: image.into(), bilinear: true, wrap: [crate::texture::Wrap::Clamp; 2] };
+    let height = Texture { kind: TextureKind::Bitmap(bitmap), uv_set: 0, to_uv: Affine2::IDENTITY };
     // From 0 to 1 between the middles of two pixels, half a unit of u apart: a slope of 2.
     let normal = NormalSource::Bump { height: 0, scale: 0.25 };
     let nodes = vec![diffuse(0.5), Node::Perturbed { nested: 0, normal, flip_invalid: true, shadowing: false }];

@@ -27,8 +27,9 @@ use crate::shape::offset::SurfacePoint;
 use crate::shape::surface::ShapePoint;
 use crate::shape::tangent::TangentField;
 use crate::shape::uv::{UvField, UvPoint};
-use crate::texture::{TexturePoint, Textures};
+use crate::texture::{MeshPoint, MeshValues, TexturePoint, Textures};
 use glam::{DVec3, Vec2, Vec3};
+use std::sync::Arc;
 
 /// The picture that the scene's camera takes.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +64,8 @@ pub struct Appearance {
     /// Whether its material depends on tangents and takes them from texture coordinates, with their sign, which matters to a
     /// normal map.
     pub along_uvs: bool,
+    /// Index into [`Scene::mesh_values`], if its textures ask for more than its first set of texture coordinates.
+    pub values: Option<u32>,
 }
 
 /// A compiled scene.
@@ -83,6 +86,8 @@ pub struct Scene {
     pub tangents: Vec<TangentField>,
     /// Texture coordinates of every shape whose material is textured.
     pub uvs: Vec<UvField>,
+    /// What meshes give textures beside those.
+    pub mesh_values: Vec<Arc<MeshValues>>,
     /// Every light that is not black.
     pub lights: Vec<Light>,
     /// Which of them are at infinity and met by rays that meet nothing else.
@@ -127,20 +132,35 @@ impl Scene {
         let appearance = self.appearances[hit.shape as usize];
         let shape = &self.shapes[hit.shape as usize];
         let ShapePoint { point, shading_normal } = shape.meet(ray, hit.primitive);
-        let at = appearance.uvs.map(|uvs| self.uvs[uvs as usize].at(shape, hit.primitive, point.p));
-        let UvPoint { uv, dp } = at.unwrap_or_default();
+        let at = appearance.uvs.map(|uvs| self.uvs[uvs as usize].at(shape, hit.primitive, point.p)).unwrap_or_default();
         let frame = match appearance.tangents {
-            _ if appearance.along_uvs => Frame::from_tangent(shading_normal, dp[0]),
+            _ if appearance.along_uvs => Frame::from_tangent(shading_normal, at.tangent),
             Some(field) => self.anisotropic_frame(field, hit.primitive, shading_normal, point),
             None => Frame::from_normal(shading_normal),
         };
-        let place = Place { point: TexturePoint { uv }, wo: frame.to_local(-ray.d), dp: dp.map(|d| frame.to_local(d)) };
+        let place = Place {
+            point: self.texture_point(appearance, hit.primitive, &at),
+            wo: frame.to_local(-ray.d),
+            dp: at.dp.map(|d| frame.to_local(d)),
+            mirrored: at.mirrored,
+        };
         graph.resolve(&self.textures, &place, layers);
         let bsdf = match &layers[..] {
             [Layer { bsdf, perturbation: None, .. }] => Scatter::One(bsdf),
             layers => Scatter::Layers(layers),
         };
         Surface { point, frame, wo: -ray.d, bsdf, light: appearance.light }
+    }
+
+    /// Where textures are asked, at a point with these texture coordinates.
+    fn texture_point(&self, appearance: Appearance, primitive: u32, at: &UvPoint) -> TexturePoint<'_> {
+        let mesh = appearance.values.zip(at.corners).map(|(values, (corners, weights))| MeshPoint {
+            values: &self.mesh_values[values as usize],
+            face: primitive,
+            corners,
+            weights,
+        });
+        TexturePoint { uv: at.uv, mesh }
     }
 
     /// The frame of the shading normal `n` along the tangents of a shape. Not inlined, and given copies: most scenes have

@@ -174,6 +174,11 @@ impl Placed {
         (self.placement.to_scene.matrix3 * v.as_dvec3()).as_vec3()
     }
 
+    /// Whether the map to the scene mirrors.
+    pub(super) fn mirrors(&self) -> bool {
+        self.placement.to_scene.matrix3.determinant() < 0.0
+    }
+
     /// A box around all of it, in the scene.
     pub fn bounds(&self) -> Bounds {
         self.placement.bounds_to_scene(self.group.bounds[self.index as usize])

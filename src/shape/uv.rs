@@ -6,17 +6,20 @@
 
 use super::placed::Placed;
 use super::{Shape, TriangleMesh};
-use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// The texture coordinates of one shape.
 #[derive(Clone, Debug)]
 pub enum UvField {
-    /// One pair for each vertex of a mesh.
-    Vertices(Vec<Vec2>),
-    /// A mesh without them.
-    Barycentric,
+    /// Those of a mesh.
+    Mesh {
+        /// One pair for each vertex; if none, u and v are barycentric coordinates.
+        uvs: Vec<Vec2>,
+        /// Where its file says so, tangents (x, y, z) of the vertices, and the side w = ±1 of the bitangent w·(n×t).
+        tangents: Vec<Vec4>,
+    },
     /// A quadric, which `to_scene` makes of the unit sphere, the unit disk or the unit cylinder from z = 0 to 1.
     Quadric {
         /// Which.
@@ -48,6 +51,20 @@ pub struct UvPoint {
     pub uv: Vec2,
     /// ∂p/∂u and ∂p/∂v in the compiled scene's space; both zero where position is no function of (u, v).
     pub dp: [Vec3; 2],
+    /// Where the tangent of the shading frame points: ∂p/∂u, or what the file says.
+    pub tangent: Vec3,
+    /// Whether a normal map's second axis is the negative of the shading frame's, which only a file can say.
+    pub mirrored: bool,
+    /// Whether the file says so.
+    has_side: bool,
+    /// On a mesh, the vertices of the face, and the barycentric coordinates.
+    pub corners: Option<([u32; 3], [f32; 3])>,
+}
+
+impl UvPoint {
+    fn of_quadric(uv: Vec2, dp: [Vec3; 2]) -> Self {
+        Self { uv, dp, tangent: dp[0], mirrored: false, has_side: false, corners: None }
+    }
 }
 
 impl UvField {
@@ -61,24 +78,26 @@ impl UvField {
         match (self, shape) {
             (Self::Quadric { kind, to_scene, to_own }, _) => {
                 let (uv, dp) = kind.at(to_own.transform_point3(p));
-                UvPoint { uv: uv.as_vec2(), dp: dp.map(|d| to_scene.transform_vector3(d).as_vec3()) }
+                UvPoint::of_quadric(uv.as_vec2(), dp.map(|d| to_scene.transform_vector3(d).as_vec3()))
             }
-            (Self::Vertices(uvs), Shape::Mesh(mesh)) => {
-                let corners = mesh.faces[primitive as usize].map(|i| uvs[i as usize].as_dvec2());
-                on_triangle(mesh, primitive, p, corners)
-            }
-            (_, Shape::Mesh(mesh)) => on_triangle(mesh, primitive, p, [DVec2::ZERO, DVec2::X, DVec2::Y]),
+            (Self::Mesh { uvs, tangents }, Shape::Mesh(mesh)) => on_triangle(mesh, primitive, p, uvs, tangents),
             (Self::Placed(field, placed), _) => {
-                let UvPoint { uv, dp } = field.at(placed.shape(), primitive, placed.point_to_group(p));
-                UvPoint { uv, dp: dp.map(|d| placed.vector_to_scene(d)) }
+                let at = field.at(placed.shape(), primitive, placed.point_to_group(p));
+                let [du, dv, tangent] = [at.dp[0], at.dp[1], at.tangent].map(|d| placed.vector_to_scene(d));
+                UvPoint { dp: [du, dv], tangent, mirrored: at.mirrored != (at.has_side && placed.mirrors()), ..at }
             }
             // A field is made for its shape.
-            (Self::Vertices(_) | Self::Barycentric, _) => UvPoint { uv: Vec2::ZERO, dp: [Vec3::ZERO; 2] },
+            (Self::Mesh { .. }, _) => UvPoint::default(),
         }
     }
 }
 
-fn on_triangle(mesh: &TriangleMesh, face: u32, p: DVec3, corners: [DVec2; 3]) -> UvPoint {
+fn on_triangle(mesh: &TriangleMesh, face: u32, p: DVec3, uvs: &[Vec2], tangents: &[Vec4]) -> UvPoint {
+    let vertices = mesh.faces[face as usize];
+    let corners = match uvs {
+        [] => [DVec2::ZERO, DVec2::X, DVec2::Y],
+        _ => vertices.map(|i| uvs[i as usize].as_dvec2()),
+    };
     let [a, b, c] = mesh.triangle(face).map(|v| v.as_dvec3());
     let (e1, e2) = (b - a, c - a);
     // Barycentric coordinates as ratios of signed areas along the normal.
@@ -92,7 +111,15 @@ fn on_triangle(mesh: &TriangleMesh, face: u32, p: DVec3, corners: [DVec2; 3]) ->
         true => [Vec3::ZERO; 2],
         false => [(e1 * d2.y - e2 * d1.y) / det, (e2 * d1.x - e1 * d2.x) / det].map(DVec3::as_vec3),
     };
-    UvPoint { uv: uv.as_vec2(), dp }
+    let (mut tangent, mut mirrored) = (dp[0], false);
+    if !tangents.is_empty() {
+        let [a, b, c] = vertices.map(|i| tangents[i as usize].as_dvec4());
+        let between = a * (1.0 - b1 - b2) + b * b1 + c * b2;
+        (tangent, mirrored) = (between.truncate().as_vec3(), between.w < 0.0);
+    }
+    let weights = [1.0 - b1 - b2, b1, b2].map(|b| b as f32);
+    let has_side = !tangents.is_empty();
+    UvPoint { uv: uv.as_vec2(), dp, tangent, mirrored, has_side, corners: Some((vertices, weights)) }
 }
 
 impl Quadric {

@@ -40,8 +40,8 @@ pub struct Bitmap {
     pub image: Arc<Raster>,
     /// Whether lookups interpolate between the middles of pixels.
     pub bilinear: bool,
-    /// What there is outside the unit square.
-    pub wrap: Wrap,
+    /// What there is outside the unit square, along u and along v.
+    pub wrap: [Wrap; 2],
 }
 
 /// The four pixels around a point, and where it lies between them.
@@ -95,11 +95,11 @@ impl Bitmap {
     }
 
     fn column(&self, i: i64) -> u32 {
-        self.wrap.column(i, self.image.width())
+        self.wrap[0].column(i, self.image.width())
     }
 
     fn row(&self, i: i64) -> u32 {
-        self.wrap.column(i, self.image.height())
+        self.wrap[1].column(i, self.image.height())
     }
 
     fn cell(&self, uv: Vec2) -> Cell {

@@ -1,17 +1,28 @@
-//! Textures: a colour for each point of a surface, from its texture coordinates.
+//! Textures: a colour for each point of a surface, from its texture coordinates or from numbers of its mesh.
 
 mod bitmap;
+mod mesh;
 
 pub use bitmap::{Bitmap, Wrap};
+pub use mesh::{Attribute, MeshPoint, MeshValues};
 
 use crate::spectrum::Rgb;
-use glam::{Affine2, Vec2};
+use glam::{Affine2, Vec2, Vec4};
 
 /// Where a texture is asked.
 #[derive(Clone, Copy, Debug)]
-pub struct TexturePoint {
-    /// Texture coordinates of the surface.
+pub struct TexturePoint<'a> {
+    /// Texture coordinates of the surface, of its first set.
     pub uv: Vec2,
+    /// Where on its mesh, if that gives more than those.
+    pub mesh: Option<MeshPoint<'a>>,
+}
+
+impl TexturePoint<'_> {
+    /// A point of a surface that gives no more than texture coordinates.
+    pub fn new(uv: Vec2) -> Self {
+        Self { uv, mesh: None }
+    }
 }
 
 /// A texture and where its coordinates lie.
@@ -19,8 +30,21 @@ pub struct TexturePoint {
 pub struct Texture {
     /// What it is.
     pub kind: TextureKind,
-    /// From a surface's texture coordinates to its own.
+    /// Which set of a surface's texture coordinates it lies in.
+    pub uv_set: u32,
+    /// From those to its own.
     pub to_uv: Affine2,
+}
+
+impl Texture {
+    /// Its own coordinates at a point.
+    fn uv(&self, at: &TexturePoint<'_>) -> Vec2 {
+        let uv = match (&at.mesh, self.uv_set) {
+            (Some(mesh), set @ 1..) => mesh.uv(set),
+            _ => at.uv,
+        };
+        self.to_uv.transform_point2(uv)
+    }
 }
 
 /// The kinds of texture.
@@ -35,6 +59,42 @@ pub enum TextureKind {
         /// Indices into the table of textures: of the square at the origin, and of its neighbours.
         colors: [u32; 2],
     },
+    /// Numbers of the surface's mesh.
+    Attribute {
+        /// Which of the scene's attributes.
+        index: u32,
+        /// A factor on it.
+        scale: f32,
+    },
+    /// The product of two textures.
+    Product([u32; 2]),
+    /// A channel of a texture as a grey.
+    Channel {
+        /// The texture.
+        of: u32,
+        /// The channel.
+        channel: Channel,
+    },
+    /// One where the number of a texture is at least `cutoff`, else zero.
+    Threshold {
+        /// The texture.
+        of: u32,
+        /// From where it is one.
+        cutoff: f32,
+    },
+}
+
+/// A channel of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// Linear red.
+    Red,
+    /// Linear green.
+    Green,
+    /// Linear blue.
+    Blue,
+    /// Opacity.
+    Alpha,
 }
 
 /// Every texture of a scene. A texture refers only to those before it.
@@ -58,43 +118,76 @@ impl Textures {
     }
 
     /// The linear colour of texture `index` at a point.
-    pub fn colour(&self, index: u32, at: &TexturePoint) -> Rgb {
+    pub fn colour(&self, index: u32, at: &TexturePoint<'_>) -> Rgb {
         let texture = &self.0[index as usize];
-        let uv = texture.to_uv.transform_point2(at.uv);
         match &texture.kind {
             TextureKind::Constant(colour) => *colour,
-            TextureKind::Bitmap(bitmap) => bitmap.colour(uv),
+            TextureKind::Bitmap(bitmap) => bitmap.colour(texture.uv(at)),
             TextureKind::Checkerboard { colors } => {
                 // The colours' textures lie in the surface's coordinates, not in the squares'.
-                self.colour(colors[usize::from(is_odd_square(uv))], at)
+                self.colour(colors[usize::from(is_odd_square(texture.uv(at)))], at)
             }
+            TextureKind::Attribute { index, scale } => Rgb(attribute(*index, at).truncate() * *scale),
+            TextureKind::Product(factors) => {
+                let [a, b] = factors.map(|factor| self.colour(factor, at));
+                a * b
+            }
+            TextureKind::Channel { .. } | TextureKind::Threshold { .. } => Rgb::splat(self.number(index, at)),
         }
     }
 
     /// The number that it gives where a number is asked for: its luminance. As in Mitsuba 3.9, a checkerboard then gives
     /// the number of its *second* colour where it would give the first as a colour, and the other way round: scenes are
     /// made with the picture in view, and theirs is that.
-    pub fn number(&self, index: u32, at: &TexturePoint) -> f32 {
+    pub fn number(&self, index: u32, at: &TexturePoint<'_>) -> f32 {
         let texture = &self.0[index as usize];
         match &texture.kind {
             TextureKind::Checkerboard { colors } => {
-                let uv = texture.to_uv.transform_point2(at.uv);
-                self.number(colors[usize::from(!is_odd_square(uv))], at)
+                self.number(colors[usize::from(!is_odd_square(texture.uv(at)))], at)
             }
-            TextureKind::Constant(_) | TextureKind::Bitmap(_) => self.colour(index, at).luminance(),
+            TextureKind::Constant(_) | TextureKind::Bitmap(_) | TextureKind::Attribute { .. } => {
+                self.colour(index, at).luminance()
+            }
+            // Where a number is asked for, the factors are greys.
+            TextureKind::Product(factors) => factors.iter().map(|factor| self.number(*factor, at)).product(),
+            TextureKind::Channel { of, channel } => match channel {
+                Channel::Red => self.colour(*of, at).0.x,
+                Channel::Green => self.colour(*of, at).0.y,
+                Channel::Blue => self.colour(*of, at).0.z,
+                Channel::Alpha => self.alpha(*of, at),
+            },
+            TextureKind::Threshold { of, cutoff } => f32::from(u8::from(self.number(*of, at) >= *cutoff)),
+        }
+    }
+
+    /// Opacity of texture `index` at a point: 1 where it has none.
+    fn alpha(&self, index: u32, at: &TexturePoint<'_>) -> f32 {
+        let texture = &self.0[index as usize];
+        match &texture.kind {
+            TextureKind::Bitmap(bitmap) => bitmap.alpha(texture.uv(at)),
+            TextureKind::Attribute { index, .. } => attribute(*index, at).w,
+            TextureKind::Product(factors) => factors.iter().map(|factor| self.alpha(*factor, at)).product(),
+            TextureKind::Constant(_)
+            | TextureKind::Checkerboard { .. }
+            | TextureKind::Channel { .. }
+            | TextureKind::Threshold { .. } => 1.0,
         }
     }
 
     /// How its luminance changes with the surface's texture coordinates: the gradient of the interpolated picture, and zero
-    /// for what has steps only.
-    pub fn gradient(&self, index: u32, at: &TexturePoint) -> Vec2 {
+    /// for what has steps only, and for all that is not a picture: those are not heights of a bump map.
+    pub fn gradient(&self, index: u32, at: &TexturePoint<'_>) -> Vec2 {
         let texture = &self.0[index as usize];
-        let uv = texture.to_uv.transform_point2(at.uv);
         match &texture.kind {
-            TextureKind::Bitmap(bitmap) => texture.to_uv.matrix2.transpose() * bitmap.gradient(uv),
-            TextureKind::Constant(_) | TextureKind::Checkerboard { .. } => Vec2::ZERO,
+            TextureKind::Bitmap(bitmap) => texture.to_uv.matrix2.transpose() * bitmap.gradient(texture.uv(at)),
+            _ => Vec2::ZERO,
         }
     }
+}
+
+/// An attribute's colour and opacity at a point; zero where there is none.
+fn attribute(index: u32, at: &TexturePoint<'_>) -> Vec4 {
+    at.mesh.map_or(Vec4::ZERO, |mesh| mesh.attribute(index))
 }
 
 /// Whether exactly one coordinate lies in the second half of its unit interval.

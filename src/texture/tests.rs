@@ -16,7 +16,7 @@ fn picture() -> Arc<Raster> {
 }
 
 fn bitmap(bilinear: bool, wrap: Wrap) -> Bitmap {
-    Bitmap { image: picture(), bilinear, wrap }
+    Bitmap { image: picture(), bilinear, wrap: [wrap; 2] }
 }
 
 fn close(a: Rgb, b: [f32; 3]) -> bool {
@@ -72,20 +72,20 @@ fn coordinates_without_bounds_are_no_panic() {
 
 #[test]
 fn checkerboards_alternate_by_half_units() {
-    let constant = |v| Texture { kind: TextureKind::Constant(Rgb::splat(v)), to_uv: Affine2::IDENTITY };
+    let constant = |v| Texture { kind: TextureKind::Constant(Rgb::splat(v)), uv_set: 0, to_uv: Affine2::IDENTITY };
     let board = TextureKind::Checkerboard { colors: [0, 1] };
     let scaled = Affine2::from_scale(Vec2::new(2.0, 1.0));
     let textures = Textures::new(vec![
         constant(0.0),
         constant(1.0),
-        Texture { kind: board.clone(), to_uv: Affine2::IDENTITY },
-        Texture { kind: board, to_uv: scaled },
+        Texture { kind: board.clone(), uv_set: 0, to_uv: Affine2::IDENTITY },
+        Texture { kind: board, uv_set: 0, to_uv: scaled },
     ]);
-    let at = |index, u, v| textures.colour(index, &TexturePoint { uv: Vec2::new(u, v) }).0.x.round();
+    let at = |index, u, v| textures.colour(index, &TexturePoint::new(Vec2::new(u, v))).0.x.round();
     assert_eq!([at(2, 0.2, 0.2), at(2, 0.7, 0.2), at(2, 0.7, 0.7), at(2, -0.2, 0.2)], [0.0, 1.0, 0.0, 1.0]);
     assert_eq!([at(3, 0.2, 0.2), at(3, 0.3, 0.2), at(3, 0.6, 0.2)], [0.0, 1.0, 0.0]);
     // As numbers, with the colours exchanged.
-    let number = |index, u, v| textures.number(index, &TexturePoint { uv: Vec2::new(u, v) }).round();
+    let number = |index, u, v| textures.number(index, &TexturePoint::new(Vec2::new(u, v))).round();
     assert_eq!([number(2, 0.2, 0.2), number(2, 0.7, 0.2), number(2, 0.7, 0.7)], [1.0, 0.0, 1.0]);
 }
 
@@ -98,4 +98,75 @@ fn integer_samples_are_decoded_by_the_transfer_function_unless_raw() {
     let decoded = |raw| Raster::decode(png.get_ref(), None, raw).unwrap().colour(0, 0).0.x;
     assert_eq!(decoded(true), 188.0 / 255.0);
     assert_eq!(decoded(false), crate::spectrum::srgb_to_linear(188.0 / 255.0) as f32);
+}
+
+/// A mesh of two vertices more than it needs, with a second set of coordinates, a colour of the vertices with opacity, and a
+/// grey of the faces.
+fn values() -> MeshValues {
+    let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
+    let colours = Attribute {
+        of_faces: false,
+        width: 4,
+        values: vec![0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.5, 0.0, 2.0, 0.0, 0.0, 9.0, 9.0, 9.0, 9.0],
+    };
+    let greys = Attribute { of_faces: true, width: 1, values: vec![0.25, 0.75] };
+    MeshValues { uvs: vec![Vec::new(), uvs], attributes: vec![None, Some(colours), Some(greys)] }
+}
+
+fn textures(kinds: Vec<TextureKind>) -> Textures {
+    let plain = |kind| Texture { kind, uv_set: 0, to_uv: Affine2::IDENTITY };
+    Textures::new(kinds.into_iter().map(plain).collect())
+}
+
+#[test]
+fn meshes_give_colours_and_further_coordinates() {
+    let values = values();
+    let point = |face| TexturePoint {
+        uv: Vec2::ZERO,
+        mesh: Some(MeshPoint { values: &values, face, corners: [0, 1, 2], weights: [0.5, 0.25, 0.25] }),
+    };
+    let attribute = |index| TextureKind::Attribute { index, scale: 2.0 };
+    let alpha = TextureKind::Channel { of: 1, channel: Channel::Alpha };
+    let all = textures(vec![attribute(0), attribute(1), attribute(2), alpha]);
+    assert!(close(all.colour(1, &point(0)), [0.5, 1.0, 0.0]));
+    assert_eq!(all.colour(2, &point(1)), Rgb::splat(1.5));
+    assert_eq!([all.number(3, &point(0)), all.number(0, &point(0))], [1.0 - 0.125 - 0.25, 0.0]);
+    // The first set is not there, nor is a third; nor anything without a mesh.
+    assert_eq!([1, 2, 3].map(|set| point(0).mesh.unwrap().uv(set)), [Vec2::ZERO, Vec2::splat(0.25), Vec2::ZERO]);
+    assert_eq!(all.colour(1, &TexturePoint::new(Vec2::ONE)), Rgb::BLACK);
+    // A texture in set 2: red of the picture at u = 1/8 is 0, at 3/8 it is 1/5.
+    let lies_in = |uv_set| Texture {
+        kind: TextureKind::Bitmap(bitmap(true, Wrap::Repeat)),
+        uv_set,
+        to_uv: Affine2::from_translation(Vec2::new(0.125, 0.0)),
+    };
+    let pictures = Textures::new(vec![lies_in(0), lies_in(2)]);
+    assert_eq!([0, 1].map(|i| (5.0 * pictures.colour(i, &point(0)).0.x).round()), [0.0, 1.0]);
+}
+
+#[test]
+fn textures_are_made_of_textures() {
+    let all = textures(vec![
+        TextureKind::Constant(Rgb::new(0.5, 0.25, 2.0)),
+        TextureKind::Constant(Rgb::splat(0.5)),
+        TextureKind::Product([0, 1]),
+        TextureKind::Channel { of: 2, channel: Channel::Blue },
+        TextureKind::Channel { of: 2, channel: Channel::Green },
+        TextureKind::Channel { of: 2, channel: Channel::Red },
+        TextureKind::Channel { of: 2, channel: Channel::Alpha },
+        TextureKind::Product([3, 4]),
+        TextureKind::Threshold { of: 4, cutoff: 0.125 },
+        TextureKind::Threshold { of: 4, cutoff: 0.126 },
+    ]);
+    let at = TexturePoint::new(Vec2::ZERO);
+    assert_eq!(all.colour(2, &at), Rgb::new(0.25, 0.125, 1.0));
+    assert_eq!([3, 4, 5, 6, 7, 8, 9].map(|i| all.number(i, &at)), [1.0, 0.125, 0.25, 1.0, 0.125, 1.0, 0.0]);
+    assert_eq!(all.colour(7, &at), Rgb::splat(0.125));
+}
+
+#[test]
+fn wrapping_is_one_thing_across_and_another_down() {
+    let b = Bitmap { image: picture(), bilinear: false, wrap: [Wrap::Clamp, Wrap::Repeat] };
+    let colour = b.colour(Vec2::new(1.4, 1.4)).0;
+    assert_eq!([(5.0 * colour.x).round(), colour.y], [3.0, 0.0]);
 }

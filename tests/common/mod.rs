@@ -260,7 +260,7 @@ pub fn project(path: &str) -> PathBuf {
 /// A scene file of the project, with parameters.
 pub fn load(path: &str, defines: &[(&str, &str)]) -> SceneDescription {
     let defines = defines.iter().map(|(n, v)| ((*n).into(), (*v).into())).collect();
-    let options = snell::loader::LoadOptions { defines, lenient: false, uvs: false };
+    let options = snell::loader::LoadOptions { defines, ..Default::default() };
     snell::loader::load(&project(path), &options).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 

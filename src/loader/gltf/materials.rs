@@ -107,7 +107,7 @@ impl<'m> Materials<'m> {
         let mut tangents = None;
         let (own, emission) = if is_unlit {
             let black = self.add(name, BsdfKind::Diffuse { reflectance: Rgb::BLACK }, Vec::new());
-            (black, (base.factor, base.varying))
+            (self.sided(name, black, &surface, material.double_sided), (base.factor, base.varying))
         } else {
             surface.gltf.base_color = base.factor;
             surface.varying.extend(base.color.texture().map(|id| (Parameter::BaseColor, id)));
@@ -117,23 +117,30 @@ impl<'m> Materials<'m> {
             layers::read(self, material, &mut surface)?;
             let varying = std::mem::take(&mut surface.varying);
             let leaf = self.add(name, BsdfKind::Gltf(surface.gltf), varying);
-            let (own, set) = self.normal(material, leaf, &mut surface)?;
+            let is_double = material.double_sided || surface.gltf.transmission > 0.0;
+            // A bump seen from behind is a dent: there a normal map turns the surface before its side is chosen.
+            let inner = if material.double_sided { self.sided(name, leaf, &surface, true) } else { leaf };
+            let (own, set) = self.normal(material, inner, &mut surface)?;
             tangents = set;
+            let own = if is_double { own } else { self.sided(name, own, &surface, false) };
             (own, self.glow(material, &mut surface)?)
-        };
-        let sided = if !is_unlit && surface.gltf.transmission > 0.0 {
-            own
-        } else {
-            let back = if material.double_sided { own } else { self.nothing() };
-            self.add(name, BsdfKind::TwoSided { front: own, back }, Vec::new())
         };
         let bsdf = match Textures::number(opacity) {
             Varying::Constant(0.0) => None,
-            Varying::Constant(1.0) => Some(sided),
-            opacity => Some(self.add(name, BsdfKind::Mask { nested: sided, opacity }, Vec::new())),
+            Varying::Constant(1.0) => Some(own),
+            opacity => Some(self.add(name, BsdfKind::Mask { nested: own, opacity }, Vec::new())),
         };
         let emission = self.emission(emission, opacity, material.double_sided, !is_unlit);
         Ok(Look { bsdf, emission, wanted: Wanted { sets: surface.sets, colors, tangents } })
+    }
+
+    /// With the same behind it, or nothing. What transmits has two sides of its own.
+    fn sided(&mut self, name: &str, front: BsdfId, surface: &Surface, both: bool) -> BsdfId {
+        if surface.gltf.transmission > 0.0 {
+            return front;
+        }
+        let back = if both { front } else { self.nothing() };
+        self.add(name, BsdfKind::TwoSided { front, back }, Vec::new())
     }
 
     fn nothing(&mut self) -> BsdfId {

@@ -62,7 +62,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
     let placed = placing::read(&model, &nodes, &mut materials)?;
     let mut cameras = cameras::read(&model, &nodes)?;
     let mut lights = lights::read(&model, &nodes)?;
-    if lights.is_empty() && !materials.has_lamp {
+    if lights.is_empty() && !materials.has_lamp && options.sky.is_none() {
         lights.push(Light { at: model.at.clone(), kind: framing::surroundings() });
     }
     if cameras.is_empty() {

@@ -5,11 +5,11 @@ use super::sensor::field_of_view;
 use super::{find, misplaced};
 use crate::description::{Light, LightKind, Picture};
 use crate::error::Result;
-use crate::image::decode_picture;
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId, Value};
 use crate::loader::params::Params;
-use crate::loader::source::{Loc, MAX_DATA_BYTES, read_bytes};
+use crate::loader::sky::{LEAST_SIZE, read_map};
+use crate::loader::source::Loc;
 use crate::spectrum::{Rgb, SpectrumRole};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
@@ -69,7 +69,8 @@ fn point(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
 /// A map of radiance around the scene.
 fn envmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     // As Mitsuba does, which interpolates between two columns and three rows at least.
-    let map = Arc::new(map(b, p, false)?.padded(2, 3));
+    let (width, height) = LEAST_SIZE;
+    let map = Arc::new(map(b, p, false)?.padded(width, height));
     let scale = scale(p)?;
     let m = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY).matrix3;
     let Some(size) = uniform_scale(m) else {
@@ -87,17 +88,9 @@ fn map(b: &mut Builder<'_>, p: &Params<'_>, raw: bool) -> Result<Picture> {
     let name = p.required_text("filename")?;
     let at = p.at("filename");
     let path = b.document.find_file(name, at).map_err(|m| p.error("filename", m))?;
-    let decoded = read_bytes(&path, MAX_DATA_BYTES).and_then(|bytes| decode_picture(&bytes, raw));
-    let mut map = decoded.map_err(|m| p.error("filename", format!("cannot read '{}': {m}", path.display())))?.picture;
-    if let Some(i) = map.pixels().iter().position(|v| !v.is_finite()) {
-        let (x, y) = (i % map.width() as usize, i / map.width() as usize);
-        let message = format!("'{name}' has a value that is not finite, in column {x} of row {y}");
-        return Err(p.error("filename", message));
-    }
-    let negative = map.pixels().iter().filter(|v| v.0.min_element() < 0.0).count();
+    let (map, negative) = read_map(&path, raw).map_err(|m| p.error("filename", m))?;
     if negative > 0 {
         b.warn(at, &format!("{negative} pixels of '{name}' have negative values, which are taken for 0"));
-        map.apply(|v| v.map(|c| c.max(0.0)));
     }
     Ok(map)
 }

@@ -54,6 +54,7 @@ pub(crate) struct MeshKey {
     format: Format,
     face_normals: bool,
     uvs: bool,
+    attributes: bool,
     flip_uvs: bool,
     /// Bits of the linear part of the transformation where the computed normals depend on it.
     linear: Option<[u64; 9]>,
@@ -182,6 +183,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, format: Format, flip_uvs: bool) -> 
         Some((bsdf, _)) => b.bsdf(bsdf).map(|id| b.needs_uvs(id))?,
         None => b.wants_uvs(),
     };
+    let attributes = b.wants_attributes();
     let to_world = to_world(p)?;
     let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;
     let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
@@ -192,6 +194,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, format: Format, flip_uvs: bool) -> 
         format,
         face_normals,
         uvs,
+        attributes,
         flip_uvs,
         linear: (linear != DMat3::IDENTITY && !face_normals).then(|| linear.to_cols_array().map(f64::to_bits)),
     };
@@ -223,7 +226,7 @@ fn read(b: &mut Builder<'_>, p: &Params<'_>, key: &MeshKey, linear: DMat3) -> Re
     let (path, face_normals) = (&key.path, key.face_normals);
     let mesh = match key.format {
         Format::Obj => obj::read(path, key.uvs),
-        Format::Ply => ply::read(path, key.uvs),
+        Format::Ply => ply::read(path, ply::Wanted { uvs: key.uvs, attributes: key.attributes }),
         Format::Serialized(index) => serialized::read(path, index, key.uvs),
     };
     let mut mesh = mesh.map_err(|e| match e {

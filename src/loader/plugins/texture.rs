@@ -13,7 +13,8 @@ use glam::{DAffine2, DMat2};
 type TextureFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<TextureKind>;
 
 /// The supported texture plugins that vary over a surface; those that are one colour are in [`super::colour`].
-pub(crate) const TEXTURES: &[(&str, TextureFn)] = &[("bitmap", bitmap), ("checkerboard", checkerboard)];
+pub(crate) const TEXTURES: &[(&str, TextureFn)] =
+    &[("bitmap", bitmap), ("checkerboard", checkerboard), ("mesh_attribute", mesh_attribute)];
 
 /// The colours of a checkerboard unless given.
 const CHECKERBOARD_GREYS: [f32; 2] = [0.4, 0.2];
@@ -108,6 +109,14 @@ fn bitmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
 fn checkerboard(b: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
     let [first, second] = CHECKERBOARD_GREYS;
     Ok(TextureKind::Checkerboard { colors: [texture_of(b, p, "color0", first)?, texture_of(b, p, "color1", second)?] })
+}
+
+fn mesh_attribute(_: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
+    let name = p.required_text("name")?;
+    if !["vertex_", "face_"].iter().any(|start| name.starts_with(start)) {
+        return Err(p.error("name", format!("an attribute's name begins with 'vertex_' or 'face_', unlike '{name}'")));
+    }
+    Ok(TextureKind::Attribute { name: name.to_owned(), scale: p.float("scale")?.unwrap_or(1.0) })
 }
 
 /// The texture `name` of an object; without a name, the only texture that it has.

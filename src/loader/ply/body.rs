@@ -1,19 +1,23 @@
 //! The values of a PLY file.
 
+use super::attributes::{self, Columns};
 use super::header::{Element, Format, Header, Property, Scalar};
-use super::{Fault, Parsed};
-use crate::description::Mesh;
+use super::{Fault, Parsed, Wanted};
+use crate::description::{Attribute, Mesh};
 use crate::error::Position;
 use glam::{DVec2, DVec3};
 
 /// Names of the list of a face's vertices.
 const INDEX_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// Names of properties of vertices that are no attributes.
+const VERTEX_NAMES: [&str; 10] = ["x", "y", "z", "nx", "ny", "nz", "u", "v", "s", "t"];
+
 /// Fewest bytes of a number of an ascii file: a digit and a space.
 const ASCII_NUMBER_BYTES: usize = 2;
 
 /// Reads the mesh that follows the header.
-pub(super) fn parse(bytes: &[u8], header: &Header, uvs: bool) -> Parsed<Mesh> {
+pub(super) fn parse(bytes: &[u8], header: &Header, wanted: Wanted) -> Parsed<Mesh> {
     let mut cursor = Cursor { bytes, at: header.body, line: header.body_line, format: header.format };
     let mut mesh = Mesh::default();
     // Faces may come before the vertices that they name.
@@ -21,8 +25,8 @@ pub(super) fn parse(bytes: &[u8], header: &Header, uvs: bool) -> Parsed<Mesh> {
     for element in &header.elements {
         cursor.check_room(element)?;
         match element.name.as_str() {
-            "vertex" => vertices(&mut cursor, element, &mut mesh, uvs)?,
-            "face" => faces(&mut cursor, element, total, &mut mesh.faces)?,
+            "vertex" => vertices(&mut cursor, element, &mut mesh, wanted)?,
+            "face" => faces(&mut cursor, element, total, &mut mesh, wanted)?,
             _ => {
                 for _ in 0..element.count {
                     skip(&mut cursor, &element.properties)?;
@@ -36,7 +40,7 @@ pub(super) fn parse(bytes: &[u8], header: &Header, uvs: bool) -> Parsed<Mesh> {
     Ok(mesh)
 }
 
-fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh, uvs: bool) -> Parsed<()> {
+fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh, wanted: Wanted) -> Parsed<()> {
     let column = |name: &str| element.properties.iter().position(|p| p.name == name && p.length.is_none());
     let columns = |names: [&str; 3]| Some([column(names[0])?, column(names[1])?, column(names[2])?]);
     let Some(position) = columns(["x", "y", "z"]) else {
@@ -44,13 +48,15 @@ fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh, uvs: bo
     };
     let normal = columns(["nx", "ny", "nz"]);
     // The names that Mitsuba knows.
-    let uv = [["u", "v"], ["s", "t"]].into_iter().find_map(|[u, v]| Some([column(u)?, column(v)?])).filter(|_| uvs);
+    let uv =
+        [["u", "v"], ["s", "t"]].into_iter().find_map(|[u, v]| Some([column(u)?, column(v)?])).filter(|_| wanted.uvs);
     if u32::try_from(element.count).is_err() {
         return Err((Position::Whole, "the mesh has too many vertices".into()));
     }
     mesh.positions.reserve_exact(element.count);
     mesh.normals.reserve_exact(if normal.is_some() { element.count } else { 0 });
     mesh.uvs.reserve_exact(if uv.is_some() { element.count } else { 0 });
+    let mut columns = Attributes::of(element, &VERTEX_NAMES, wanted);
     let mut row = vec![0.0; element.properties.len()];
     for _ in 0..element.count {
         for (i, property) in element.properties.iter().enumerate() {
@@ -73,21 +79,53 @@ fn vertices(cursor: &mut Cursor<'_>, element: &Element, mesh: &mut Mesh, uvs: bo
         if let Some(uv) = uv {
             mesh.uvs.push(DVec2::from(uv.map(|i| row[i])));
         }
+        columns.push(&row);
     }
+    mesh.attributes.append(&mut columns.made);
     Ok(())
 }
 
+/// Attributes while an element is read.
+struct Attributes {
+    columns: Vec<Columns>,
+    made: Vec<Attribute>,
+}
+
+impl Attributes {
+    fn of(element: &Element, known: &[&str], wanted: Wanted) -> Self {
+        let columns =
+            if wanted.attributes { attributes::of(&element.name, &element.properties, known) } else { Vec::new() };
+        let of_faces = element.name == "face";
+        let made = columns
+            .iter()
+            .map(|c| Attribute { name: c.name.clone(), of_faces, width: c.columns.len(), values: Vec::new() })
+            .collect();
+        Self { columns, made }
+    }
+
+    /// Adds the values of an entry. One that is no finite number becomes 0.
+    fn push(&mut self, row: &[f64]) {
+        for (columns, attribute) in self.columns.iter().zip(&mut self.made) {
+            let value = |&i: &usize| if (row[i] as f32).is_finite() { row[i] as f32 } else { 0.0 };
+            attribute.values.extend(columns.columns.iter().map(value));
+        }
+    }
+}
+
 /// Faces of a mesh of `total` vertices, fans of triangles.
-fn faces(cursor: &mut Cursor<'_>, element: &Element, total: usize, into: &mut Vec<[u32; 3]>) -> Parsed<()> {
+fn faces(cursor: &mut Cursor<'_>, element: &Element, total: usize, mesh: &mut Mesh, wanted: Wanted) -> Parsed<()> {
     let is_indices = |p: &Property| p.length.is_some() && INDEX_NAMES.contains(&p.name.as_str());
     let Some(indices) = element.properties.iter().position(is_indices) else {
         return Err((Position::Whole, "the faces have no list 'vertex_indices'".into()));
     };
     let (before, rest) = element.properties.split_at(indices);
     let (property, after) = (&rest[0], &rest[1..]);
-    into.reserve_exact(element.count);
+    let mut columns = Attributes::of(element, &[], wanted);
+    let mut row = vec![0.0; element.properties.len()];
+    mesh.faces.reserve_exact(element.count);
     for _ in 0..element.count {
-        skip(cursor, before)?;
+        let of_face = mesh.faces.len();
+        read_row(cursor, before, &mut row)?;
         let length = cursor.length(property)?;
         if length < 3 {
             return Err(cursor.fault(cursor.at, format!("a face needs at least three vertices, not {length}")));
@@ -96,10 +134,26 @@ fn faces(cursor: &mut Cursor<'_>, element: &Element, total: usize, into: &mut Ve
         let mut second = index(cursor, property.scalar, total)?;
         for _ in 2..length {
             let third = index(cursor, property.scalar, total)?;
-            into.push([first, second, third]);
+            mesh.faces.push([first, second, third]);
             second = third;
         }
-        skip(cursor, after)?;
+        read_row(cursor, after, &mut row[indices + 1..])?;
+        // Every triangle of a fan has the values of its face.
+        for _ in of_face..mesh.faces.len() {
+            columns.push(&row);
+        }
+    }
+    mesh.attributes.append(&mut columns.made);
+    Ok(())
+}
+
+/// Reads single values into `row`, and skips lists.
+fn read_row(cursor: &mut Cursor<'_>, properties: &[Property], row: &mut [f64]) -> Parsed<()> {
+    for (property, value) in properties.iter().zip(row) {
+        match property.length {
+            Some(_) => skip(cursor, std::slice::from_ref(property))?,
+            None => *value = cursor.scalar(property.scalar)?,
+        }
     }
     Ok(())
 }

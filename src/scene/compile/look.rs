@@ -3,7 +3,7 @@
 use super::geometry::Compiled;
 use super::lights::{self, Place, check_colour};
 use super::material::Materials;
-use super::{tangents, uvs};
+use super::{mesh_values, tangents, uvs};
 use crate::description::{self, SceneDescription};
 use crate::error::Result;
 use crate::light::{AreaLight, Light, PointLight};
@@ -12,6 +12,8 @@ use crate::shape::Shape;
 use crate::shape::tangent::TangentField;
 use crate::shape::touch::touching;
 use crate::shape::uv::UvField;
+use crate::texture::MeshValues;
+use std::sync::Arc;
 
 /// What shapes look like, and every light.
 #[derive(Default)]
@@ -21,6 +23,7 @@ pub(super) struct Look {
     pub(super) lights: Vec<Light>,
     pub(super) tangents: Vec<TangentField>,
     pub(super) uvs: Vec<UvField>,
+    pub(super) mesh_values: Vec<Arc<MeshValues>>,
     pub(super) light_names: Vec<String>,
 }
 
@@ -32,6 +35,7 @@ pub(super) fn compile(
     warnings: &mut Vec<String>,
 ) -> Result<Look> {
     let (mut look, mut fields, mut uv_fields) = (Look::default(), tangents::Fields::default(), uvs::Fields::default());
+    let mut makers = mesh_values::Makers::new(description);
     for (index, ((shape, &described), space)) in (0u32..).zip(shapes.iter().zip(kept).zip(spaces)) {
         let material = look.materials.index(description, described.bsdf, place.to_scene.unit)?;
         let light = match described.emission {
@@ -52,8 +56,9 @@ pub(super) fn compile(
         let tangents = (needs.tangents && !along_uvs).then(|| add(&mut look.tangents, fields.of(described, shape)));
         let uvs =
             (needs.uvs || description.wants_uvs).then(|| add(&mut look.uvs, uv_fields.of(described, shape, space)));
+        let values = makers.of(described, shape)?.map(|values| add(&mut look.mesh_values, values));
         let is_emitter = described.emission.is_some();
-        look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs, along_uvs });
+        look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs, along_uvs, values });
     }
     for light in &description.lights {
         if let Some((compiled, name)) = lights::compile(light, place)? {

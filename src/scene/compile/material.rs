@@ -7,8 +7,6 @@ use crate::bsdf::{
 use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
 use crate::error::{Error, Result, Span};
 use crate::material::{Graph, Material, Node, NormalSource, Number, Sides};
-use crate::texture::{Bitmap, Texture, TextureKind, Textures, Wrap};
-use glam::DAffine2;
 use std::collections::HashMap;
 
 /// The materials compiled so far.
@@ -76,13 +74,15 @@ fn sides(description: &SceneDescription, id: BsdfId) -> Result<Option<Sides>> {
         return Ok(plain(id).map(|front| Sides { front, back: None }));
     };
     let (Some(front), Some(back)) = (plain(front), plain(back)) else { return Ok(None) };
-    for side in [&front, &back] {
-        check_side(side, &description.bsdfs[id.0].at)?;
+    let at = &description.bsdfs[id.0].at;
+    check_side(&front, at)?;
+    if !matches!(back, Bsdf::Null(_)) {
+        check_side(&back, at)?;
     }
     Ok(Some(Sides { front, back: Some(back) }))
 }
 
-/// A side of a two-sided bsdf: anything that reflects only.
+/// A side of a two-sided bsdf: anything that reflects only. (A back may be nothing at all, too: the surface then has none.)
 fn check_side(bsdf: &Bsdf, at: &Span) -> Result<()> {
     if bsdf.lobes().transmits {
         return Err(Error::scene(at, "a two-sided bsdf cannot have a side that transmits light"));
@@ -105,7 +105,9 @@ impl Builder<'_> {
             BsdfKind::TwoSided { front, back } => {
                 let first = self.nodes.len();
                 let (front, back) = (self.node(front)?, self.node(back)?);
-                for node in &self.nodes[first..] {
+                let has_back = !matches!(self.nodes[back as usize], Node::Leaf { bsdf: Bsdf::Null(_), .. });
+                let last = if has_back { back } else { front };
+                for node in &self.nodes[first..=last as usize] {
                     match node {
                         Node::Leaf { bsdf: side, .. } => check_side(side, &bsdf.at)?,
                         Node::TwoSided { .. } => {
@@ -141,7 +143,9 @@ impl Builder<'_> {
 
     fn normal(&self, normal: description::NormalSource) -> NormalSource {
         match normal {
-            description::NormalSource::Map { texture, .. } => NormalSource::Map(texture.0 as u32),
+            description::NormalSource::Map { texture, scale } => {
+                NormalSource::Map { texture: texture.0 as u32, scale: scale as f32 }
+            }
             description::NormalSource::Bump { height, scale } => {
                 NormalSource::Bump { height: height.0 as u32, scale: (scale * self.unit) as f32 }
             }
@@ -250,30 +254,4 @@ fn parameter(parameter: description::Parameter) -> Parameter {
         description::Parameter::ClearcoatGloss => Parameter::ClearcoatGloss,
         _ => Parameter::DiffTrans,
     }
-}
-
-/// Every texture of the description.
-pub(super) fn textures(description: &SceneDescription) -> Textures {
-    Textures::new(description.textures.iter().map(texture).collect())
-}
-
-fn texture(texture: &description::Texture) -> Texture {
-    let kind = match &texture.kind {
-        &description::TextureKind::Constant(colour) => TextureKind::Constant(colour),
-        description::TextureKind::Bitmap { image, bilinear, wrap } => TextureKind::Bitmap(Bitmap {
-            image: image.clone(),
-            bilinear: *bilinear,
-            wrap: match wrap[0] {
-                description::Wrap::Repeat => Wrap::Repeat,
-                description::Wrap::Mirror => Wrap::Mirror,
-                description::Wrap::Clamp => Wrap::Clamp,
-            },
-        }),
-        description::TextureKind::Checkerboard { colors } => {
-            TextureKind::Checkerboard { colors: colors.map(|id| id.0 as u32) }
-        }
-        _ => TextureKind::Constant(crate::spectrum::Rgb::WHITE),
-    };
-    let DAffine2 { matrix2, translation } = texture.to_uv;
-    Texture { kind, to_uv: glam::Affine2 { matrix2: matrix2.as_mat2(), translation: translation.as_vec2() } }
 }

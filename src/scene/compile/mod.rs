@@ -6,7 +6,9 @@ mod instances;
 mod lights;
 mod look;
 mod material;
+mod mesh_values;
 mod tangents;
+mod textures;
 mod uvs;
 
 use super::space::ToScene;
@@ -56,6 +58,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         .cameras
         .get(options.camera)
         .ok_or_else(|| Error::Usage(format!("camera {} was asked for, but the scene has {count}", options.camera)))?;
+    textures::check(description)?;
     material::check(description)?;
     let mut warnings = Vec::new();
     let bounds = geometry::bounds(description);
@@ -82,9 +85,10 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         shapes,
         appearances: look.appearances,
         materials: look.materials.all,
-        textures: material::textures(description),
+        textures: textures::compile(description),
         tangents: look.tangents,
         uvs: look.uvs,
+        mesh_values: look.mesh_values,
         light_sampler: UniformLightSampler::new(look.lights.len()),
         lights: look.lights,
         infinite_lights,
