@@ -1,17 +1,16 @@
 //! A mesh that is the whole scene: it is put on a floor, lit, and looked at.
 //!
-//! The picture: seen a little from the right and from above, as large as the frame allows, lit by a warm lamp from the
-//! upper left and a dim bluish sky, on a grey floor under its lowest point. A
-//! mesh without normals is smooth but for its creases ([`super::creases`]). +y is up, and the front is +z. Lengths
+//! The picture: seen as [`super::framing`] has it, lit by a warm lamp from the upper left and a dim bluish sky, on a grey
+//! floor under its lowest point. A mesh without normals is smooth but for its creases ([`super::creases`]). +y is up, and the front is +z. Lengths
 //! are multiples of the mesh's size, so the picture is the same whatever the unit. The materials of an OBJ are those of
 //! its MTL files ([`super::mtl`]); where one emits, it lights the scene alone, without floor, lamp and sky.
 
 use super::LoadOptions;
+use super::framing::{self, View};
 use super::mtl::{self, GREY, Material};
 use super::{creases, normals, obj, ply};
 use crate::description::{
-    Bsdf, BsdfId, BsdfKind, Camera, ComponentFormat, Crop, Emission, FieldOfView, Film, Filter, FovAxis, Geometry,
-    Integrator, Light, LightKind, Mesh, PixelFormat, Projection, Sampler, SceneDescription, Shape,
+    Bsdf, BsdfId, BsdfKind, Emission, Geometry, Integrator, Light, LightKind, Mesh, SceneDescription, Shape,
 };
 use crate::error::{Error, Result, Span};
 use crate::spectrum::Rgb;
@@ -20,18 +19,8 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Where the camera stands, seen from the mesh.
-const VIEW: DVec3 = DVec3::new(0.5, 0.42, 1.0);
-/// Field of view in degrees along the shorter side.
-const FOV: f64 = 30.0;
-/// Part of the frame that the mesh may fill.
-const FILL: f64 = 0.88;
-/// Pixels across and down.
-const SIZE: (u32, u32) = (768, 576);
-/// Samples per pixel.
-const SAMPLES: u32 = 64;
-/// Where the lamp is, seen from the mesh, its distance and radius in radii of the mesh, and its radiance.
-const LAMP: (DVec3, f64, f64, Rgb) = (DVec3::new(-0.9, 1.3, 0.8), 7.0, 1.6, Rgb::new(16.0, 14.7, 12.6));
+/// The lamp's distance and radius in radii of the mesh, and its radiance; where it is [`framing`] says.
+const LAMP: (f64, f64, Rgb) = (7.0, 1.6, Rgb::new(16.0, 14.7, 12.6));
 /// Radiance of the sky.
 const SKY: Rgb = Rgb::new(0.34, 0.37, 0.42);
 /// Half the length of the floor's edges, in radii of the mesh.
@@ -41,8 +30,6 @@ const FLOOR_GREY: f32 = 0.3;
 /// How far the floor is below the mesh, in radii of the mesh: so little that it is not seen, but a flat mesh does not
 /// coincide with it.
 const GAP: f64 = 1.0 / 2048.0;
-/// Nearest and farthest visible distance, in distances of the camera.
-const CLIP: (f64, f64) = (1e-3, 1e3);
 
 /// Whether a path names a mesh rather than a scene.
 pub(crate) fn is_mesh(path: &Path) -> bool {
@@ -77,7 +64,8 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         creases::split(&mut mesh.positions, &mut mesh.faces);
         mesh.normals = normals::compute(&mesh.positions, &mesh.faces, DMat3::IDENTITY);
     }
-    let view = View::of(&mesh).ok_or_else(|| Error::scene(&at, "the mesh has no size: all its points are the same"))?;
+    let used = mesh.faces.iter().flatten().map(|&i| mesh.positions[i as usize]);
+    let view = View::of(used).ok_or_else(|| Error::scene(&at, "the mesh has no size: all its points are the same"))?;
     match materials {
         Some(materials) => add_pieces(&mut scene, &at, &mesh, &materials),
         None => {
@@ -86,7 +74,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         }
     }
     if options.sky.is_none() && scene.shapes.iter().all(|s| s.emission.is_none()) {
-        view.light(&mut scene, &at);
+        light(&view, &mut scene, &at);
     }
     scene.cameras.push(view.camera(&at));
     Ok(scene)
@@ -187,77 +175,16 @@ fn shape(at: &Span, name: &str, geometry: Geometry, bsdf: BsdfId, emission: Opti
     }
 }
 
-/// How a mesh is looked at.
-struct View {
-    /// Middle of its bounding box, and the distance of the farthest point from it.
-    centre: DVec3,
-    radius: f64,
-    /// Height of its lowest point.
-    floor: f64,
-    /// The camera's axes: left, up, forward.
-    axes: DMat3,
-    distance: f64,
-}
-
-impl View {
-    /// `None` for a mesh without size.
-    fn of(mesh: &Mesh) -> Option<Self> {
-        let used = || mesh.faces.iter().flatten().map(|&i| mesh.positions[i as usize]);
-        let (low, high) =
-            used().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        let centre = low * 0.5 + high * 0.5;
-        let forward = -VIEW.normalize();
-        let left = DVec3::Y.cross(forward).normalize();
-        let axes = DMat3::from_cols(left, forward.cross(left), forward);
-        // The nearest place from which every point is inside the frame, whichever its longer side.
-        let reach = libm::tan(0.5 * FOV.to_radians()) * FILL;
-        let (mut radius, mut distance) = (0.0_f64, 0.0_f64);
-        for p in used() {
-            let seen = axes.transpose() * (p - centre);
-            radius = radius.max(seen.length());
-            distance = distance.max(seen.x.abs().max(seen.y.abs()) / reach - seen.z);
-        }
-        (radius > 0.0 && radius.is_finite()).then_some(Self { centre, radius, floor: low.y, axes, distance })
-    }
-
-    fn camera(&self, at: &Span) -> Camera {
-        let (width, height) = SIZE;
-        let film = Film {
-            at: at.clone(),
-            width,
-            height,
-            crop: Crop { x: 0, y: 0, width, height },
-            filter: Filter::DEFAULT,
-            sample_border: false,
-            component_format: ComponentFormat::Half,
-            pixel_format: PixelFormat::Rgb,
-        };
-        Camera {
-            at: at.clone(),
-            to_world: DAffine3::from_mat3_translation(self.axes, self.centre - self.axes.z_axis * self.distance),
-            projection: Projection::Perspective {
-                fov: FieldOfView { degrees: FOV, axis: FovAxis::Smaller },
-                principal_point_offset: (0.0, 0.0),
-            },
-            near_clip: CLIP.0 * self.distance,
-            far_clip: CLIP.1 * self.distance,
-            film,
-            sampler: Sampler { sample_count: SAMPLES, seed: 0 },
-        }
-    }
-
-    /// Adds the floor, the lamp and the sky.
-    fn light(&self, scene: &mut SceneDescription, at: &Span) {
-        let grey = add_two_sided(scene, at, "floor", BsdfKind::Diffuse { reflectance: Rgb::splat(FLOOR_GREY) });
-        let black = add_two_sided(scene, at, "lamp", BsdfKind::Diffuse { reflectance: Rgb::BLACK });
-        let mut floor = shape(at, "floor", Geometry::Rectangle, grey, None);
-        let lying = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y) * (FLOOR * self.radius);
-        floor.to_world =
-            DAffine3::from_mat3_translation(lying, DVec3 { y: self.floor - GAP * self.radius, ..self.centre });
-        let (direction, distance, radius, radiance) = LAMP;
-        let centre = self.centre + direction.normalize() * (distance * self.radius);
-        let lamp = Geometry::Sphere { centre, radius: radius * self.radius, frame: DMat3::IDENTITY };
-        scene.shapes.extend([floor, shape(at, "lamp", lamp, black, Some(radiance))]);
-        scene.lights.push(Light { at: at.clone(), kind: LightKind::Constant { radiance: SKY } });
-    }
+/// Adds the floor, the lamp and the sky.
+fn light(view: &View, scene: &mut SceneDescription, at: &Span) {
+    let grey = add_two_sided(scene, at, "floor", BsdfKind::Diffuse { reflectance: Rgb::splat(FLOOR_GREY) });
+    let black = add_two_sided(scene, at, "lamp", BsdfKind::Diffuse { reflectance: Rgb::BLACK });
+    let mut floor = shape(at, "floor", Geometry::Rectangle, grey, None);
+    let lying = DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y) * (FLOOR * view.radius);
+    floor.to_world = DAffine3::from_mat3_translation(lying, DVec3 { y: view.floor - GAP * view.radius, ..view.centre });
+    let (distance, radius, radiance) = LAMP;
+    let centre = view.centre + framing::LAMP.normalize() * (distance * view.radius);
+    let lamp = Geometry::Sphere { centre, radius: radius * view.radius, frame: DMat3::IDENTITY };
+    scene.shapes.extend([floor, shape(at, "lamp", lamp, black, Some(radiance))]);
+    scene.lights.push(Light { at: at.clone(), kind: LightKind::Constant { radiance: SKY } });
 }

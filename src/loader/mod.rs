@@ -1,8 +1,9 @@
-//! Reads scene files: Mitsuba 3 XML with OBJ, PLY and serialized meshes in, [`SceneDescription`] out.
+//! Reads scene files: Mitsuba 3 XML with OBJ, PLY and serialized meshes, or glTF 2.0 in, [`SceneDescription`] out.
 //!
 //! ```text
 //! text ─xml─▶ Document (objects, typed parameters, places) ─build + plugins─▶ SceneDescription
 //!                                                             └─obj, ply, serialized─▶ Mesh
+//! glTF ─gltf─▶ SceneDescription
 //! mesh file ─bare_mesh─▶ SceneDescription
 //! ```
 //!
@@ -17,6 +18,8 @@ mod creases;
 mod cube;
 mod dielectrics;
 mod document;
+mod framing;
+mod gltf;
 mod mtl;
 mod normals;
 mod obj;
@@ -51,10 +54,12 @@ pub struct LoadOptions {
     pub sky: Option<Sky>,
 }
 
-/// Reads a Mitsuba 3 XML scene and the meshes it uses, or a mesh (by its name, .obj or .ply), to which a camera and light
-/// are added.
+/// Reads a Mitsuba 3 XML scene and the meshes it uses, or glTF 2.0 (by its name, .gltf or .glb), or a mesh (.obj or .ply),
+/// to which a camera and light are added.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescription> {
-    let mut scene = if bare_mesh::is_mesh(path) {
+    let mut scene = if gltf::is_gltf(path) {
+        gltf::read(path, options)?
+    } else if bare_mesh::is_mesh(path) {
         bare_mesh::read(path, options)?
     } else {
         build::build(&xml::read(path, options)?, options)?

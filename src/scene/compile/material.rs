@@ -74,13 +74,15 @@ fn sides(description: &SceneDescription, id: BsdfId) -> Result<Option<Sides>> {
         return Ok(plain(id).map(|front| Sides { front, back: None }));
     };
     let (Some(front), Some(back)) = (plain(front), plain(back)) else { return Ok(None) };
-    for side in [&front, &back] {
-        check_side(side, &description.bsdfs[id.0].at)?;
+    let at = &description.bsdfs[id.0].at;
+    check_side(&front, at)?;
+    if !matches!(back, Bsdf::Null(_)) {
+        check_side(&back, at)?;
     }
     Ok(Some(Sides { front, back: Some(back) }))
 }
 
-/// A side of a two-sided bsdf: anything that reflects only.
+/// A side of a two-sided bsdf: anything that reflects only. (A back may be nothing at all, too: the surface then has none.)
 fn check_side(bsdf: &Bsdf, at: &Span) -> Result<()> {
     if bsdf.lobes().transmits {
         return Err(Error::scene(at, "a two-sided bsdf cannot have a side that transmits light"));
@@ -103,7 +105,9 @@ impl Builder<'_> {
             BsdfKind::TwoSided { front, back } => {
                 let first = self.nodes.len();
                 let (front, back) = (self.node(front)?, self.node(back)?);
-                for node in &self.nodes[first..] {
+                let has_back = !matches!(self.nodes[back as usize], Node::Leaf { bsdf: Bsdf::Null(_), .. });
+                let last = if has_back { back } else { front };
+                for node in &self.nodes[first..=last as usize] {
                     match node {
                         Node::Leaf { bsdf: side, .. } => check_side(side, &bsdf.at)?,
                         Node::TwoSided { .. } => {
