@@ -1,8 +1,8 @@
 //! Materials and textures.
 
 use crate::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Disney, Distribution, Microfacets, Null, OrenNayar, Parameter, Plastic,
-    Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
+    Bsdf, Conductor, Dielectric, Diffuse, Disney, Distribution, Microfacets, Null, OrenNayar, Plastic, Principled,
+    PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
 use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
 use crate::error::{Error, Result, Span};
@@ -129,7 +129,7 @@ impl Builder<'_> {
                 Node::Perturbed { nested, normal: self.normal(normal), flip_invalid, shadowing }
             }
             ref kind => {
-                let varying = bsdf.varying.iter().map(|&(p, texture)| (parameter(p), texture.0 as u32)).collect();
+                let varying = bsdf.varying.iter().map(|&(p, texture)| (p, texture.0 as u32)).collect();
                 // Everything that is not a combination is a leaf.
                 let bsdf = leaf(kind).ok_or_else(|| Error::scene(&bsdf.at, "this cannot be a part of a bsdf"))?;
                 Node::Leaf { bsdf, varying }
@@ -225,31 +225,6 @@ fn microfacets(facets: description::Microfacets) -> Microfacets {
         MicrofacetDistribution::Ggx => Distribution::Ggx,
     };
     Microfacets::new(distribution, facets.alpha_u as f32, facets.alpha_v as f32)
-}
-
-fn parameter(parameter: description::Parameter) -> Parameter {
-    match parameter {
-        description::Parameter::Reflectance => Parameter::Reflectance,
-        description::Parameter::SpecularReflectance => Parameter::SpecularReflectance,
-        description::Parameter::SpecularTransmittance => Parameter::SpecularTransmittance,
-        description::Parameter::DiffuseReflectance => Parameter::DiffuseReflectance,
-        description::Parameter::AlphaU => Parameter::AlphaU,
-        description::Parameter::AlphaV => Parameter::AlphaV,
-        description::Parameter::Eta => Parameter::Eta,
-        description::Parameter::K => Parameter::K,
-        description::Parameter::BaseColor => Parameter::BaseColor,
-        description::Parameter::Roughness => Parameter::Roughness,
-        description::Parameter::Anisotropic => Parameter::Anisotropic,
-        description::Parameter::Metallic => Parameter::Metallic,
-        description::Parameter::SpecTrans => Parameter::SpecTrans,
-        description::Parameter::SpecTint => Parameter::SpecTint,
-        description::Parameter::Sheen => Parameter::Sheen,
-        description::Parameter::SheenTint => Parameter::SheenTint,
-        description::Parameter::Flatness => Parameter::Flatness,
-        description::Parameter::Clearcoat => Parameter::Clearcoat,
-        description::Parameter::ClearcoatGloss => Parameter::ClearcoatGloss,
-        _ => Parameter::DiffTrans,
-    }
 }
 
 /// Every texture of the description.
