@@ -1,8 +1,8 @@
 //! Materials and textures.
 
 use crate::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Disney, Distribution, Microfacets, Null, OrenNayar, Plastic, Principled,
-    PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
+    Bsdf, Conductor, Dielectric, Diffuse, Disney, Distribution, Gltf, GltfParameters, Microfacets, Null, OrenNayar,
+    Plastic, Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
 use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
 use crate::error::{Error, Result, Span};
@@ -198,11 +198,32 @@ fn leaf(kind: &BsdfKind) -> Option<Bsdf> {
         BsdfKind::OrenNayar { reflectance, roughness } => {
             Bsdf::OrenNayar(OrenNayar { reflectance, roughness: roughness as f32 })
         }
-        BsdfKind::Gltf(_) | BsdfKind::Null => Bsdf::Null(Null),
+        BsdfKind::Gltf(gltf) => Bsdf::Gltf(Gltf::new(gltf_parameters(gltf))),
+        BsdfKind::Null => Bsdf::Null(Null),
         BsdfKind::TwoSided { .. } | BsdfKind::Blend { .. } | BsdfKind::Mask { .. } | BsdfKind::Perturbed { .. } => {
             return None;
         }
     })
+}
+
+fn gltf_parameters(gltf: description::Gltf) -> GltfParameters {
+    GltfParameters {
+        base_color: gltf.base_color,
+        metallic: gltf.metallic as f32,
+        roughness: gltf.roughness as f32,
+        ior: gltf.ior as f32,
+        specular: gltf.specular as f32,
+        specular_color: gltf.specular_color,
+        transmission: gltf.transmission as f32,
+        solid: gltf.volume.is_some(),
+        clearcoat: gltf.clearcoat as f32,
+        clearcoat_roughness: gltf.clearcoat_roughness as f32,
+        sheen_color: gltf.sheen_color,
+        sheen_roughness: gltf.sheen_roughness as f32,
+        iridescence: gltf.iridescence as f32,
+        iridescence_ior: gltf.iridescence_ior as f32,
+        iridescence_thickness: gltf.iridescence_thickness as f32,
+    }
 }
 
 fn disney(shared: description::PrincipledShared) -> Disney {
