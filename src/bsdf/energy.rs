@@ -11,10 +11,12 @@
 
 use super::fresnel::{self, Contrast};
 use super::microfacet::{Distribution, Microfacets};
-use crate::math::float::{max, min, safe_sqrt};
+use crate::math::float::{max, min, safe_sqrt, sqr};
 use crate::math::quadrature::gauss_legendre;
+use crate::sampling::warp::sin_cos;
 use crate::spectrum::Rgb;
 use glam::{Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
 use std::sync::{LazyLock, Mutex, OnceLock, PoisonError};
 
 /// Nodes of a table in √α, from 0 to 1.
@@ -29,15 +31,15 @@ pub(super) enum Grid {
     /// Evenly spaced in x = μ·(1 + α)/(μ + α): for what facets hide from each other, which happens where μ is of the size
     /// of α, and is in terms of x much the same for all small α.
     Stretched,
-    /// Evenly spaced in μ: for what depends on the angle under which facets are seen.
-    Even,
+    /// Evenly spaced in √μ: for what depends on the angle under which facets are seen, too, most of all near the horizon.
+    Root,
 }
 
 impl Grid {
     const fn nodes(self) -> usize {
         match self {
             Self::Stretched => 32,
-            Self::Even => 64,
+            Self::Root => 64,
         }
     }
 
@@ -46,7 +48,7 @@ impl Grid {
     fn of(self, alpha: f32, cos: f32) -> f32 {
         match self {
             Self::Stretched => cos * (1.0 + alpha) / (cos + alpha),
-            Self::Even => cos,
+            Self::Root => cos.sqrt(),
         }
     }
 
@@ -54,7 +56,7 @@ impl Grid {
     fn cos(self, alpha: f32, x: f32) -> f32 {
         match self {
             Self::Stretched => x * alpha / (1.0 + alpha - x),
-            Self::Even => x,
+            Self::Root => x * x,
         }
     }
 }
@@ -151,14 +153,28 @@ impl<const N: usize> Means<N> {
     }
 }
 
+/// A rule for integrals over visible normals: nodes along the direction of view, and across it, where half is enough for
+/// either side.
+struct Rule {
+    along: Vec<(f64, f64)>,
+    across: Vec<(f64, f64)>,
+}
+
+/// For what changes smoothly with the normal.
+static SMOOTH: LazyLock<Rule> = LazyLock::new(|| Rule { along: gauss_legendre(32), across: gauss_legendre(16) });
+
+/// For what has an edge where facets begin to reflect everything.
+static WITH_EDGE: LazyLock<Rule> = LazyLock::new(|| Rule { along: gauss_legendre(96), across: gauss_legendre(48) });
+
 /// The mean of `f` over the microfacets' normals that are seen under the cosine `cos`; `f` gets the direction of view and the
 /// normal, and counts times the masking that the density of normals is too small by (Beckmann's is approximate).
-fn mean_over_normals<const N: usize>(facets: &Microfacets, cos: f32, f: impl Fn(Vec3, Vec3) -> [f32; N]) -> [f32; N] {
-    /// Nodes along the direction of view, and across it, where half is enough for either side.
-    const ALONG: usize = 32;
-    const ACROSS: usize = 16;
-    static RULES: LazyLock<[Vec<(f64, f64)>; 2]> = LazyLock::new(|| [gauss_legendre(ALONG), gauss_legendre(ACROSS)]);
-    let [along, across] = &*RULES;
+fn mean_over_normals<const N: usize>(
+    facets: &Microfacets,
+    cos: f32,
+    rule: &Rule,
+    f: impl Fn(Vec3, Vec3) -> [f32; N],
+) -> [f32; N] {
+    let Rule { along, across } = rule;
     let wo = Vec3::new(safe_sqrt((1.0 - cos) * (1.0 + cos)), 0.0, cos);
     let view = facets.view(wo);
     let mut sum = [0.0f64; N];
@@ -204,7 +220,7 @@ impl Mirrors {
     fn new(distribution: Distribution) -> Self {
         let returned = Table::new(Grid::Stretched, |alpha, cos| {
             let facets = Microfacets::new(distribution, alpha, alpha);
-            mean_over_normals(&facets, cos, |wo, m| [reflected(&facets, wo, m)])
+            mean_over_normals(&facets, cos, &SMOOTH, |wo, m| [reflected(&facets, wo, m)])
         });
         let means = Means::new(|alpha, cos| returned.at(alpha, cos));
         Self { returned, means }
@@ -225,9 +241,9 @@ impl Mirrors {
 
 /// The mean of `g(cosine)` over what facets reflect that reflect everything.
 fn mean_part(distribution: Distribution, g: impl Fn(f32) -> f32) -> Table<1> {
-    Table::new(Grid::Even, |alpha, cos| {
+    Table::new(Grid::Root, |alpha, cos| {
         let facets = Microfacets::new(distribution, alpha, alpha);
-        let [all, part] = mean_over_normals(&facets, cos, |wo, m| {
+        let [all, part] = mean_over_normals(&facets, cos, &SMOOTH, |wo, m| {
             let back = reflected(&facets, wo, m);
             [back, back * g(min(wo.dot(m), 1.0))]
         });
@@ -359,9 +375,10 @@ impl Interface {
     fn loss(&self, outside: bool) -> Table<5> {
         let contrast = Contrast::new(self.eta);
         let eta = if outside { self.eta } else { 1.0 / self.eta };
+        let rule: &Rule = if eta < 1.0 { &WITH_EDGE } else { &SMOOTH };
         Table::new(Grid::Stretched, |alpha, cos| {
             let facets = Microfacets::new(self.distribution, alpha, alpha);
-            mean_over_normals(&facets, cos, |wo, m| {
+            mean_over_normals(&facets, cos, rule, |wo, m| {
                 let cos = min(wo.dot(m), 1.0);
                 let interface = fresnel::dielectric(cos, eta);
                 let back = 1.0 - reflected(&facets, wo, m);
@@ -389,4 +406,60 @@ pub(super) fn several(mean_reflectance: Rgb, mean_returned: f32) -> Rgb {
 pub(super) fn missing(lost_o: f32, lost_i: f32, mean_lost: f32) -> f32 {
     // The larger quotient may be large, the product is not: what is lost grows from the normal to the horizon.
     if mean_lost > 0.0 { lost_o * (lost_i / mean_lost) } else { 0.0 }
+}
+
+/// Directions for what is missing after one scattering: facets hide each other most near the horizon, the more so the
+/// smoother they are. Of cosine μ with the density 2μ / ((μ² + α²)·ln(1 + 1/α²)), which falls off as the loss does.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spread {
+    alpha2: f32,
+    log: f32,
+}
+
+impl Spread {
+    /// For facets of roughness α.
+    #[inline]
+    pub(super) fn new(alpha: f32) -> Self {
+        let alpha2 = sqr(alpha);
+        Self { alpha2, log: libm::log1pf(1.0 / alpha2) }
+    }
+
+    /// A direction above the surface.
+    #[inline]
+    pub(super) fn sample(&self, u: Vec2) -> Vec3 {
+        let cos2 = min(self.alpha2 * libm::expm1f(u.y * self.log), 1.0);
+        let (sin, cos) = sin_cos(TAU * u.x);
+        let r = safe_sqrt(1.0 - cos2);
+        Vec3::new(r * cos, r * sin, cos2.sqrt())
+    }
+
+    /// Density of [`Self::sample`] per solid angle, of `w` above the surface.
+    #[inline]
+    pub(super) fn pdf(&self, w: Vec3) -> f32 {
+        w.z / (PI * (sqr(w.z) + self.alpha2) * self.log)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_what_facets_return() {
+        /// Largest error of a table, of albedos up to 1; see the docs of the module.
+        const ERROR: f32 = 1e-3;
+        let fine = Rule { along: gauss_legendre(256), across: gauss_legendre(128) };
+        for distribution in [Distribution::Ggx, Distribution::Beckmann] {
+            let mirrors = Mirrors::of(distribution);
+            for alpha in [0.0025f32, 0.01, 0.04, 0.16, 0.49, 1.0] {
+                let facets = Microfacets::new(distribution, alpha, alpha);
+                for x in [0.05f32, 0.2, 0.5, 0.8, 0.95] {
+                    let cos = Grid::Stretched.cos(alpha, x);
+                    let [exact] = mean_over_normals(&facets, cos, &fine, |wo, m| [reflected(&facets, wo, m)]);
+                    let table = mirrors.returned(alpha, cos);
+                    assert!((table - exact).abs() < ERROR, "{distribution:?} {alpha} {cos}: {table}, not {exact}");
+                }
+            }
+        }
+    }
 }

@@ -20,6 +20,7 @@
 //! reflected and mirrored at the sheet. With volume what is below the surface is glass of weight (1−m)·t.
 
 use super::disney::share;
+use super::energy::Spread;
 use super::fresnel::{self, Contrast, Interface as Fresnel};
 use super::gltf_layers::{Layers, Means, Seen};
 use super::microfacet::{Distribution, Microfacets};
@@ -108,7 +109,8 @@ pub struct Gltf {
 /// How often each lobe is sampled; they add up to 1.
 #[derive(Clone, Copy, Default)]
 struct Shares {
-    /// Cosine-weighted, on the viewer's side and on the other.
+    diffuse: f32,
+    /// What facets scatter several times, to the viewer's side and to the other.
     up: f32,
     down: f32,
     sheen: f32,
@@ -317,9 +319,10 @@ impl Gltf {
         let eta = self.eta(outside);
         let facet = self.facet(outside, cos, fresnel::dielectric(cos, eta));
         let below = seen.coat * seen.sheen;
-        let (up, down) = self.means.cosine_albedos(self, outside, seen);
+        let [diffuse, up, down] = self.means.even_albedos(self, outside, seen);
         let window = if self.is_window() { self.straight(outside, cos) * below } else { Rgb::BLACK };
         let mut shares = Shares {
+            diffuse: share(!diffuse.is_black(), diffuse.mean()),
             up: share(!up.is_black(), up.mean()),
             down: share(!down.is_black(), down.mean()),
             sheen: share(outside && !is.sheen_color.is_black(), is.sheen_color.mean() * seen.sheen_albedo),
@@ -327,9 +330,9 @@ impl Gltf {
             facets: share(facet.reflects >= 0.0, (facet.reflectance + facet.transmittance).mean() * below),
             window: share(!window.is_black(), window.mean()),
         };
-        let Shares { up, down, sheen, coat, facets, window } = &mut shares;
-        let all = *up + *down + *sheen + *coat + *facets + *window;
-        for part in [up, down, sheen, coat, facets, window] {
+        let Shares { diffuse, up, down, sheen, coat, facets, window } = &mut shares;
+        let all = *diffuse + *up + *down + *sheen + *coat + *facets + *window;
+        for part in [diffuse, up, down, sheen, coat, facets, window] {
             *part /= all;
         }
         (all > 0.0).then_some(shares)
@@ -376,8 +379,8 @@ impl Gltf {
         let cos = min(wo.dot(m), 1.0);
         let back = self.seen(outside, min(wi.z, 1.0));
         let cosine = warp::square_to_cosine_hemisphere_pdf(wi).0;
-        let mut value = means.cosine_up(self, outside, seen, &back) * cosine;
-        let mut pdf = shares.up * cosine;
+        let mut value = means.even_up(self, outside, seen, &back) * cosine;
+        let mut pdf = shares.diffuse * cosine + shares.up * Spread::new(layers.alpha).pdf(wi);
         if shares.facets > 0.0 {
             let facet = self.facet(outside, cos, fresnel::dielectric(cos, self.eta(outside)));
             if facet.reflects > 0.0 {
@@ -400,7 +403,8 @@ impl Gltf {
             let reflectance = fresnel::dielectric(cos, Layers::COAT_IOR).reflectance;
             let coat = reflectance * p + means.coat_several * seen.coat_missing(&back, means) * cosine;
             value += Rgb::splat(self.is.clearcoat * coat);
-            pdf += shares.coat * (means.coat_once * density + (1.0 - means.coat_once) * cosine);
+            pdf += shares.coat
+                * (means.coat_once * density + (1.0 - means.coat_once) * Spread::new(layers.coat_alpha).pdf(wi));
         }
         (value, SolidAnglePdf(pdf))
     }
@@ -413,8 +417,8 @@ impl Gltf {
         let above = wi * MIRROR;
         let cosine = warp::square_to_cosine_hemisphere_pdf(above).0;
         let eta = if self.is.solid { self.eta(outside) } else { 1.0 };
-        let mut value = self.means.cosine_down(self, outside, seen, &beyond) * (cosine / sqr(eta));
-        let mut pdf = shares.down * cosine;
+        let mut value = self.means.even_down(self, outside, seen, &beyond) * (cosine / sqr(eta));
+        let mut pdf = shares.down * Spread::new(self.layers.alpha).pdf(above);
         if shares.facets > 0.0 && !self.is_window() {
             let (one, density) = if self.is.solid { self.refraction(view, wi, eta) } else { self.passage(view, above) };
             value += one;
@@ -481,13 +485,17 @@ impl Gltf {
     fn direction(&self, view: &View, u: BsdfUniforms) -> Option<Option<Vec3>> {
         let (shares, wo) = (&view.shares, view.wo);
         let (lobe, u) = (u.lobe(), u.direction());
-        let mut rest = lobe - shares.up;
+        let mut rest = lobe - shares.diffuse;
         if rest < 0.0 {
             return Some(Some(warp::square_to_cosine_hemisphere(u)));
         }
+        rest -= shares.up;
+        if rest < 0.0 {
+            return Some(Some(Spread::new(self.layers.alpha).sample(u)));
+        }
         rest -= shares.down;
         if rest < 0.0 {
-            return Some(Some(warp::square_to_cosine_hemisphere(u) * MIRROR));
+            return Some(Some(Spread::new(self.layers.alpha).sample(u) * MIRROR));
         }
         rest -= shares.sheen;
         if rest < 0.0 {
@@ -499,7 +507,7 @@ impl Gltf {
         }
         if rest < shares.coat {
             if rest >= shares.coat * self.means.coat_once {
-                return Some(Some(warp::square_to_cosine_hemisphere(u)));
+                return Some(Some(Spread::new(self.layers.coat_alpha).sample(u)));
             }
             let m = Self::facets(self.layers.coat_alpha).sample_visible(wo, u);
             return upwards(2.0 * wo.dot(m) * m - wo);

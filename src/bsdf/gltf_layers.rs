@@ -79,7 +79,7 @@ impl Means {
         let returned = tables.mean_returned(layers.alpha);
         let lost = max(1.0 - returned.all, 0.0);
         let [r0, r1] = layers.fresnel;
-        let dielectric = several(Rgb::splat(r0 + r1 * tables.smooth), returned.all);
+        let dielectric = several(Rgb::splat(max(r0 + r1 * tables.smooth, 0.0)), returned.all);
         let below = 1.0 - (r0 * returned.all + r1 * returned.part + lost * dielectric.0.x);
         let mut means = Self {
             lost,
@@ -107,7 +107,7 @@ impl Means {
         let tables = gltf.tables;
         let lost = [true, false].map(|outside| tables.mean_lost(outside, layers.alpha).of(layers.fresnel));
         let [r0, r1] = layers.fresnel;
-        let through = max(1.0 - r0 - r1 * tables.smooth, 0.0);
+        let through = 1.0 - max(r0 + r1 * tables.smooth, 0.0);
         let through = [through, through / sqr(gltf.is.ior)];
         self.crossing = lost;
         for side in [0, 1] {
@@ -126,17 +126,17 @@ impl Means {
         self.coat_once = once / (once + often);
     }
 
-    /// Albedos of what is scattered evenly to the viewer's side and to the other, seen so; with what is above.
-    pub(super) fn cosine_albedos(&self, gltf: &Gltf, outside: bool, seen: &Seen) -> (Rgb, Rgb) {
+    /// Albedos of what is diffuse, and of what facets scatter several times to the viewer's side and to the other, seen so;
+    /// with what is above.
+    pub(super) fn even_albedos(&self, gltf: &Gltf, outside: bool, seen: &Seen) -> [Rgb; 3] {
         let above = seen.coat * seen.sheen;
         let is = &gltf.is;
         let glass = gltf.glass();
-        let mut up = Rgb::BLACK;
-        let mut down = Rgb::BLACK;
+        let [mut diffuse, mut up, mut down] = [Rgb::BLACK; 3];
         if outside {
             let opaque = if gltf.refracts() { (1.0 - is.metallic) - glass } else { 1.0 - is.metallic };
             up += (self.metal * is.metallic + self.dielectric * opaque) * seen.lost;
-            up += is.base_color * (self.diffuse(gltf) * seen.below);
+            diffuse += is.base_color * (self.diffuse(gltf) * seen.below);
         }
         if gltf.refracts() {
             let crosses = self.crosses[usize::from(!outside)];
@@ -145,7 +145,7 @@ impl Means {
         } else if !is.solid {
             down += is.base_color * (glass * (1.0 - self.dielectric.0.x) * seen.lost);
         }
-        (up * above, down * above)
+        [diffuse, up, down].map(|albedo| albedo * above)
     }
 
     /// Weight of what is diffuse.
@@ -155,7 +155,7 @@ impl Means {
     }
 
     /// What is scattered evenly on the viewer's side, below coat and sheen: times cos θi / π it is the value.
-    pub(super) fn cosine_up(&self, gltf: &Gltf, outside: bool, o: &Seen, i: &Seen) -> Rgb {
+    pub(super) fn even_up(&self, gltf: &Gltf, outside: bool, o: &Seen, i: &Seen) -> Rgb {
         let is = &gltf.is;
         let glass = gltf.glass();
         let mut up = Rgb::BLACK;
@@ -179,7 +179,7 @@ impl Means {
     }
 
     /// The same on the other side, where `i` is seen; but for the compression of radiance.
-    pub(super) fn cosine_down(&self, gltf: &Gltf, outside: bool, o: &Seen, i: &Seen) -> Rgb {
+    pub(super) fn even_down(&self, gltf: &Gltf, outside: bool, o: &Seen, i: &Seen) -> Rgb {
         let glass = gltf.glass();
         if gltf.refracts() {
             let side = usize::from(!outside);

@@ -19,14 +19,18 @@ pub(super) struct Sheen {
     alpha: f32,
 }
 
-/// Albedo times cosine, by roughness and cosine.
+/// The smallest α: even there the lobe is seen only where both directions are within a few degrees of the surface.
+const MIN_ALPHA: f32 = 0.01;
+
+/// Albedo times cosine, by cosine and the logarithm of α: 0 stands for the smallest, 1 for 1. The error is that of linear
+/// interpolation between roughnesses, half a per cent.
 static ALBEDO: LazyLock<Table<1>> = LazyLock::new(|| {
     /// Nodes over the cosine of the other direction, and over half of the azimuths.
     const COSINES: usize = 32;
     const AZIMUTHS: usize = 24;
     let (cosines, azimuths) = (gauss_legendre(COSINES), gauss_legendre(AZIMUTHS));
-    Table::new(Grid::Even, |alpha, cos| {
-        let sheen = Sheen::new(alpha.sqrt());
+    Table::new(Grid::Root, |row, cos| {
+        let sheen = Sheen { alpha: libm::powf(MIN_ALPHA, 1.0 - row.sqrt()) };
         let wo = Vec3::new(safe_sqrt(1.0 - sqr(cos)), 0.0, cos);
         let masking = sheen.lambda(cos);
         let mut sum = 0.0;
@@ -46,8 +50,6 @@ static ALBEDO: LazyLock<Table<1>> = LazyLock::new(|| {
 impl Sheen {
     /// Of a roughness in [0, 1], the root of α.
     pub(super) fn new(roughness: f32) -> Self {
-        /// The smallest α: even there the lobe is seen only where both directions are within a few degrees of the surface.
-        const MIN_ALPHA: f32 = 0.01;
         Self { alpha: max(sqr(roughness), MIN_ALPHA) }
     }
 
@@ -59,10 +61,13 @@ impl Sheen {
     /// Density of normals.
     #[inline]
     fn d(&self, m: Vec3) -> f32 {
+        /// Nobody sees less, and it would soon be below the normal numbers.
+        const NEGLIGIBLE: f32 = 1e-20;
         let exponent = 1.0 / self.alpha;
         // Of sin², whose root is not worth taking.
         let sin2 = sqr(m.x) + sqr(m.y);
-        (2.0 + exponent) * libm::powf(sin2, 0.5 * exponent) / TAU
+        let part = libm::powf(sin2, 0.5 * exponent);
+        if part > NEGLIGIBLE { (2.0 + exponent) * part / TAU } else { 0.0 }
     }
 
     /// Λ under the cosine `cos`: a fit between a smooth and a rough one (section 3 of the paper).
@@ -77,18 +82,25 @@ impl Sheen {
         libm::expf(exponent)
     }
 
+    /// The fit's albedo times cosine.
+    #[inline]
+    fn scaled_albedo(&self, cos: f32) -> f32 {
+        // The table takes the root.
+        ALBEDO.at(sqr(1.0 - libm::logf(self.alpha) / libm::logf(MIN_ALPHA)), cos)[0]
+    }
+
     /// What comes back of white light seen under the cosine `cos`, at most 1.
     #[inline]
     pub(super) fn albedo(&self, cos: f32) -> f32 {
         // 0/0 counts as everything.
-        min(ALBEDO.at(self.alpha, cos)[0] / cos, 1.0)
+        min(self.scaled_albedo(cos) / cos, 1.0)
     }
 
     /// Value times cos θi; both directions are above.
     #[inline]
     pub(super) fn value(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(m) = (wo + wi).try_normalize() else { return 0.0 };
-        let albedo = |cos: f32| max(ALBEDO.at(self.alpha, cos)[0] / cos, 1.0);
+        let albedo = |cos: f32| max(self.scaled_albedo(cos) / cos, 1.0);
         let scale = max(albedo(wo.z), albedo(wi.z));
         // The quotient of what grows comes first: it stays finite where the cosine is tiny.
         self.d(m) / (4.0 * (1.0 + self.lambda(wo.z) + self.lambda(wi.z)) * max(wo.z * scale, f32::MIN_POSITIVE))

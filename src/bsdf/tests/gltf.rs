@@ -80,6 +80,11 @@ fn kinds(roughness: f32) -> Vec<(&'static str, GltfParameters)> {
 fn gain(name: &str) -> f32 {
     const TABLES: f32 = 2e-3;
     const FILM: f32 = 0.02;
+    // Smooth sheen has its whole albedo within a few degrees of the horizon.
+    const SHEEN: f32 = 0.016;
+    if name == "cloth" {
+        return SHEEN;
+    }
     if name.contains("film") || name.contains("mixed") { FILM } else { TABLES }
 }
 
