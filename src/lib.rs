@@ -19,6 +19,7 @@ pub mod light;
 pub mod loader;
 pub mod material;
 pub mod math;
+pub mod parameter;
 pub mod render;
 pub mod sampler;
 pub mod sampling;

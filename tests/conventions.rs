@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// The rows of ARCHITECTURE.md: a module may use lower rows only, and itself.
 const ROWS: [&[&str]; 9] = [
     &["error", "math", "spectrum"],
-    &["sampling", "sampler", "image"],
+    &["sampling", "sampler", "image", "parameter"],
     &["description"],
     &["loader", "bsdf", "camera", "film", "shape", "texture"],
     &["light", "accel", "material"],

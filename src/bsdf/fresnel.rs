@@ -43,6 +43,29 @@ pub(super) fn refraction(cos_i: f32, cos_t: f32, eta: f32) -> Interface {
     }
 }
 
+/// How reflectance rises from normal incidence to the horizon, for an interface of some index: in terms of g, which is 0 at
+/// normal incidence and 1 where everything is reflected, it is r₀ + (1 − r₀)·g. Schlick's approximation of g is (1 − cos)⁵.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Contrast {
+    /// The reflectance r₀ at normal incidence.
+    pub(super) normal: f32,
+}
+
+impl Contrast {
+    /// Of the index of refraction inside relative to outside.
+    #[inline]
+    pub(super) fn new(eta: f32) -> Self {
+        Self { normal: sqr((eta - 1.0) / (eta + 1.0)) }
+    }
+
+    /// g where the interface's reflectance is `reflectance`.
+    #[inline]
+    pub(super) fn part(self, reflectance: f32) -> f32 {
+        // Where there is an interface at all, an index below 10⁷ leaves something.
+        if self.normal < 1.0 { (reflectance - self.normal) / (1.0 - self.normal) } else { 0.0 }
+    }
+}
+
 /// Reflectance of a conductor with index η − ik relative to the outside, for light under the cosine `cos_i` in [0, 1],
 /// per channel. The exact equations for a complex index (Born and Wolf, section 14.2), arranged after Lagarde 2013,
 /// *Memo on Fresnel equations*.

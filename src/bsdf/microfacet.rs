@@ -43,7 +43,7 @@ pub(super) struct View {
 
 impl Microfacets {
     /// The smallest roughness: below it the squared slopes lose their digits in f32, and Mitsuba clamps there too.
-    const MIN_ALPHA: f32 = 1e-4;
+    pub(super) const MIN_ALPHA: f32 = 1e-4;
 
     /// Microfacets of roughness `alpha_u` along the first tangent and `alpha_v` along the second, at least
     /// [`Self::MIN_ALPHA`].
@@ -62,6 +62,12 @@ impl Microfacets {
     #[inline]
     pub(super) fn set_alpha_v(&mut self, alpha: f32) {
         self.alpha.y = max(alpha, Self::MIN_ALPHA);
+    }
+
+    /// Its shape.
+    #[inline]
+    pub(super) fn distribution(&self) -> Distribution {
+        self.distribution
     }
 
     /// Whether it matters where the tangents point.

@@ -8,7 +8,10 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod disney;
+mod energy;
 mod fresnel;
+mod gltf;
+mod gltf_layers;
 mod gtr1;
 mod microfacet;
 mod null;
@@ -20,12 +23,15 @@ mod principled_thin;
 mod rough_conductor;
 mod rough_dielectric;
 mod rough_plastic;
+mod sheen;
 mod thin_dielectric;
+mod thin_film;
 
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use disney::Disney;
+pub use gltf::{Gltf, GltfParameters};
 pub use microfacet::{Distribution, Microfacets};
 pub use null::Null;
 pub use oren_nayar::OrenNayar;
@@ -70,6 +76,8 @@ pub enum Bsdf {
     PrincipledThin(PrincipledThin),
     /// Rough diffuse reflection.
     OrenNayar(OrenNayar),
+    /// The material of glTF.
+    Gltf(Gltf),
     /// A surface that is not there.
     Null(Null),
 }
@@ -118,6 +126,7 @@ macro_rules! each {
             Bsdf::Principled($b) => $e,
             Bsdf::PrincipledThin($b) => $e,
             Bsdf::OrenNayar($b) => $e,
+            Bsdf::Gltf($b) => $e,
             Bsdf::Null($b) => $e,
         }
     };

@@ -47,7 +47,7 @@ impl Crossing {
 impl RoughDielectric {
     /// The narrowest lobe of refraction that directions in f32 can tell anything about, as |η − 1|·min(α, 1). Reason: the half
     /// vector of refraction is a difference of size |η − 1|, in which a direction's rounding of 2⁻²⁴ must be well below α.
-    const NARROWEST_LOBE: f32 = 4e-6;
+    pub(super) const NARROWEST_LOBE: f32 = 4e-6;
 
     /// From microfacets, the index of refraction inside relative to outside, and factors on what is reflected and
     /// transmitted. Where there is next to no contrast the interface is a smooth one, which then looks the same.

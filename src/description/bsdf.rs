@@ -2,6 +2,7 @@
 
 use super::{BsdfId, Texture, TextureId};
 use crate::error::Span;
+use crate::parameter::Parameter;
 use crate::spectrum::Rgb;
 
 /// A bsdf.
@@ -15,67 +16,6 @@ pub struct Bsdf {
     pub kind: BsdfKind,
     /// The parameters that vary over a surface.
     pub varying: Vec<(Parameter, TextureId)>,
-}
-
-/// A parameter of a bsdf that a texture may give.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Parameter {
-    /// `reflectance`.
-    Reflectance,
-    /// `specular_reflectance`.
-    SpecularReflectance,
-    /// `specular_transmittance`.
-    SpecularTransmittance,
-    /// `diffuse_reflectance`.
-    DiffuseReflectance,
-    /// `alpha_u`.
-    AlphaU,
-    /// `alpha_v`.
-    AlphaV,
-    /// `eta`.
-    Eta,
-    /// `k`.
-    K,
-    /// `base_color`.
-    BaseColor,
-    /// `roughness`.
-    Roughness,
-    /// `anisotropic`.
-    Anisotropic,
-    /// `metallic`.
-    Metallic,
-    /// `spec_trans`.
-    SpecTrans,
-    /// `spec_tint`.
-    SpecTint,
-    /// `sheen`.
-    Sheen,
-    /// `sheen_tint`.
-    SheenTint,
-    /// `flatness`.
-    Flatness,
-    /// `clearcoat`.
-    Clearcoat,
-    /// `clearcoat_gloss`.
-    ClearcoatGloss,
-    /// `diff_trans`.
-    DiffTrans,
-    /// glTF's `specularFactor`.
-    Specular,
-    /// `specularColorFactor`.
-    SpecularColor,
-    /// `transmissionFactor`.
-    Transmission,
-    /// `clearcoatRoughnessFactor`.
-    ClearcoatRoughness,
-    /// `sheenColorFactor`.
-    SheenColor,
-    /// `sheenRoughnessFactor`.
-    SheenRoughness,
-    /// `iridescenceFactor`.
-    Iridescence,
-    /// The thickness of the thin film in nanometres.
-    IridescenceThickness,
 }
 
 /// A number of a bsdf that may vary over a surface.

@@ -9,13 +9,14 @@ mod texture;
 
 pub use aov::{Aov, AovKind};
 pub use bsdf::{
-    Bsdf, BsdfKind, Gltf, MicrofacetDistribution, Microfacets, NormalSource, Parameter, Plastic, PrincipledShared,
-    SurfaceNeeds, Varying, Volume,
+    Bsdf, BsdfKind, Gltf, MicrofacetDistribution, Microfacets, NormalSource, Plastic, PrincipledShared, SurfaceNeeds,
+    Varying, Volume,
 };
 pub use texture::{Channel, Texture, TextureKind, Wrap};
 
 use crate::error::Span;
 pub use crate::image::{ComponentFormat, Crop, Filter, Picture, PixelFormat};
+pub use crate::parameter::Parameter;
 use crate::spectrum::Rgb;
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 use std::collections::{BTreeSet, HashSet};

@@ -66,6 +66,22 @@ pub fn tabulated_to_rgb(samples: &[(f64, f64)], role: SpectrumRole) -> ([f64; 3]
     (clamped, clamped != rgb)
 }
 
+/// How much each wavelength, in nm, adds to the channels of a reflectance, in steps of one nanometre; of each channel all add
+/// up to 1. Not clamped: some are negative.
+pub fn reflectance_weights() -> Vec<(f64, [f64; 3])> {
+    let count = (cie::LAST_NM - cie::FIRST_NM) as u32;
+    let weight = |i: u32| {
+        let nm = cie::FIRST_NM + f64::from(i);
+        (nm, xyz_to_rgb(cie::observer(nm)).map(|bar| bar * cie::d65(nm)))
+    };
+    let mut weights: Vec<_> = (0..=count).map(weight).collect();
+    let sum = weights.iter().fold([0.0; 3], |sum, (_, w)| std::array::from_fn(|c| sum[c] + w[c]));
+    for (_, weight) in &mut weights {
+        *weight = std::array::from_fn(|c| weight[c] / sum[c]);
+    }
+    weights
+}
+
 /// An emission spectrum that is the same for every wavelength.
 pub fn equal_energy_to_rgb(value: f64) -> [f64; 3] {
     xyz_to_rgb([value; 3])

@@ -4,5 +4,7 @@ pub mod cie;
 mod convert;
 mod rgb;
 
-pub use convert::{SpectrumRole, equal_energy_to_rgb, rgb_to_xyz, srgb_to_linear, tabulated_to_rgb};
+pub use convert::{
+    SpectrumRole, equal_energy_to_rgb, reflectance_weights, rgb_to_xyz, srgb_to_linear, tabulated_to_rgb,
+};
 pub use rgb::Rgb;

@@ -50,7 +50,7 @@ fn white(words: &[&str]) -> (Bsdf, f64) {
 }
 
 /// Mean weight of the samples on the viewer's side and on the other, and mean energy of all.
-fn albedos(bsdf: &Bsdf, cosine: f32) -> [f64; 3] {
+pub(super) fn albedos(bsdf: &Bsdf, cosine: f32) -> [f64; 3] {
     let sine = ((1.0 - cosine) * (1.0 + cosine)).sqrt();
     let wo = Vec3::new(0.6 * sine, 0.8 * sine, cosine);
     let mut sums = [0.0; 3];

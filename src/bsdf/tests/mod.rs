@@ -2,6 +2,7 @@
 
 mod albedo;
 mod falsified;
+mod gltf;
 mod laws;
 mod mitsuba;
 mod named;
@@ -71,8 +72,14 @@ fn samples_of_principled_bsdfs_follow_the_density() {
 }
 
 #[test]
+fn samples_of_gltf_follow_the_density() {
+    samples_follow_the_density(|name| name.contains("glTF"));
+}
+
+#[test]
 fn samples_of_all_others_follow_the_density() {
-    samples_follow_the_density(|name| !["Ggx", "Beckmann", "principled"].into_iter().any(|other| name.contains(other)));
+    let apart = ["Ggx", "Beckmann", "principled", "glTF"];
+    samples_follow_the_density(|name| !apart.into_iter().any(|other| name.contains(other)));
 }
 
 #[test]

@@ -56,12 +56,13 @@ pub(super) fn table() -> &'static [Row] {
         rows.extend(plastics());
         rows.extend(principled());
         rows.extend(thin());
+        rows.extend(super::gltf::rows());
         rows
     });
     &TABLE
 }
 
-fn row(name: &str, bsdf: Bsdf, eta: f32) -> Row {
+pub(super) fn row(name: &str, bsdf: Bsdf, eta: f32) -> Row {
     Row { name: name.into(), bsdf, eta, energy: Energy::Sample(0.0), exempt: |_, _| false }
 }
 
@@ -256,6 +257,7 @@ pub(super) fn extremes() -> Vec<(String, Bsdf)> {
     }
     all.extend(extreme_plastics());
     all.extend(extreme_principled());
+    all.extend(super::gltf::extremes());
     all
 }
 

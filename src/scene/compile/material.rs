@@ -1,8 +1,8 @@
-//! Materials and textures.
+//! Materials.
 
 use crate::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Disney, Distribution, Microfacets, Null, OrenNayar, Parameter, Plastic,
-    Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
+    Bsdf, Conductor, Dielectric, Diffuse, Disney, Distribution, Gltf, GltfParameters, Microfacets, Null, OrenNayar,
+    Plastic, Principled, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
 use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
 use crate::error::{Error, Result, Span};
@@ -131,7 +131,7 @@ impl Builder<'_> {
                 Node::Perturbed { nested, normal: self.normal(normal), flip_invalid, shadowing }
             }
             ref kind => {
-                let varying = bsdf.varying.iter().map(|&(p, texture)| (parameter(p), texture.0 as u32)).collect();
+                let varying = bsdf.varying.iter().map(|&(p, texture)| (p, texture.0 as u32)).collect();
                 // Everything that is not a combination is a leaf.
                 let bsdf = leaf(kind).ok_or_else(|| Error::scene(&bsdf.at, "this cannot be a part of a bsdf"))?;
                 Node::Leaf { bsdf, varying }
@@ -202,11 +202,32 @@ fn leaf(kind: &BsdfKind) -> Option<Bsdf> {
         BsdfKind::OrenNayar { reflectance, roughness } => {
             Bsdf::OrenNayar(OrenNayar { reflectance, roughness: roughness as f32 })
         }
-        BsdfKind::Gltf(_) | BsdfKind::Null => Bsdf::Null(Null),
+        BsdfKind::Gltf(gltf) => Bsdf::Gltf(Gltf::new(gltf_parameters(gltf))),
+        BsdfKind::Null => Bsdf::Null(Null),
         BsdfKind::TwoSided { .. } | BsdfKind::Blend { .. } | BsdfKind::Mask { .. } | BsdfKind::Perturbed { .. } => {
             return None;
         }
     })
+}
+
+fn gltf_parameters(gltf: description::Gltf) -> GltfParameters {
+    GltfParameters {
+        base_color: gltf.base_color,
+        metallic: gltf.metallic as f32,
+        roughness: gltf.roughness as f32,
+        ior: gltf.ior as f32,
+        specular: gltf.specular as f32,
+        specular_color: gltf.specular_color,
+        transmission: gltf.transmission as f32,
+        solid: gltf.volume.is_some(),
+        clearcoat: gltf.clearcoat as f32,
+        clearcoat_roughness: gltf.clearcoat_roughness as f32,
+        sheen_color: gltf.sheen_color,
+        sheen_roughness: gltf.sheen_roughness as f32,
+        iridescence: gltf.iridescence as f32,
+        iridescence_ior: gltf.iridescence_ior as f32,
+        iridescence_thickness: gltf.iridescence_thickness as f32,
+    }
 }
 
 fn disney(shared: description::PrincipledShared) -> Disney {
@@ -229,29 +250,4 @@ fn microfacets(facets: description::Microfacets) -> Microfacets {
         MicrofacetDistribution::Ggx => Distribution::Ggx,
     };
     Microfacets::new(distribution, facets.alpha_u as f32, facets.alpha_v as f32)
-}
-
-fn parameter(parameter: description::Parameter) -> Parameter {
-    match parameter {
-        description::Parameter::Reflectance => Parameter::Reflectance,
-        description::Parameter::SpecularReflectance => Parameter::SpecularReflectance,
-        description::Parameter::SpecularTransmittance => Parameter::SpecularTransmittance,
-        description::Parameter::DiffuseReflectance => Parameter::DiffuseReflectance,
-        description::Parameter::AlphaU => Parameter::AlphaU,
-        description::Parameter::AlphaV => Parameter::AlphaV,
-        description::Parameter::Eta => Parameter::Eta,
-        description::Parameter::K => Parameter::K,
-        description::Parameter::BaseColor => Parameter::BaseColor,
-        description::Parameter::Roughness => Parameter::Roughness,
-        description::Parameter::Anisotropic => Parameter::Anisotropic,
-        description::Parameter::Metallic => Parameter::Metallic,
-        description::Parameter::SpecTrans => Parameter::SpecTrans,
-        description::Parameter::SpecTint => Parameter::SpecTint,
-        description::Parameter::Sheen => Parameter::Sheen,
-        description::Parameter::SheenTint => Parameter::SheenTint,
-        description::Parameter::Flatness => Parameter::Flatness,
-        description::Parameter::Clearcoat => Parameter::Clearcoat,
-        description::Parameter::ClearcoatGloss => Parameter::ClearcoatGloss,
-        _ => Parameter::DiffTrans,
-    }
 }

@@ -1,0 +1,176 @@
+//! The material of glTF: its rows of the table of laws, and how much white ones return.
+
+use super::albedo::albedos;
+use super::table::{Energy, Row, row};
+use super::*;
+
+const COLOUR: Rgb = Rgb::new(0.9, 0.5, 0.1);
+
+/// Smooth (its α is the smallest there is), nearly so, in between, as rough as can be.
+const ROUGHNESSES: [f32; 5] = [1e-3, 0.05, 0.3, 0.6, 1.0];
+
+fn gltf(is: GltfParameters) -> Bsdf {
+    Bsdf::Gltf(Gltf::new(is))
+}
+
+fn dielectric(roughness: f32) -> GltfParameters {
+    GltfParameters { metallic: 0.0, roughness, ..GltfParameters::default() }
+}
+
+fn sheet(roughness: f32) -> GltfParameters {
+    GltfParameters { transmission: 1.0, ..dielectric(roughness) }
+}
+
+fn glass(roughness: f32, ior: f32) -> GltfParameters {
+    GltfParameters { solid: true, ior, ..sheet(roughness) }
+}
+
+/// Every number different.
+fn mixed(roughness: f32, solid: bool) -> GltfParameters {
+    GltfParameters {
+        base_color: COLOUR,
+        metallic: 0.3,
+        roughness,
+        ior: 1.4,
+        specular: 0.7,
+        specular_color: Rgb::new(0.5, 0.9, 1.5),
+        transmission: 0.4,
+        solid,
+        clearcoat: 0.6,
+        clearcoat_roughness: 0.2,
+        sheen_color: Rgb::new(0.1, 0.2, 0.5),
+        sheen_roughness: 0.4,
+        iridescence: 0.5,
+        iridescence_ior: 1.7,
+        iridescence_thickness: 300.0,
+    }
+}
+
+/// What one can make of [`dielectric`], by name.
+fn kinds(roughness: f32) -> Vec<(&'static str, GltfParameters)> {
+    let (plain, metal) = (dielectric(roughness), GltfParameters { roughness, ..GltfParameters::default() });
+    let film = |thickness: f32, is: GltfParameters| GltfParameters {
+        iridescence: 1.0,
+        iridescence_thickness: thickness,
+        ..is
+    };
+    vec![
+        ("white", plain),
+        ("metal", metal),
+        ("gold", GltfParameters { base_color: COLOUR, ..metal }),
+        ("dense", GltfParameters { ior: 2.4, ..plain }),
+        ("tinted", GltfParameters { specular_color: Rgb::new(2.0, 0.5, 30.0), specular: 0.8, ..plain }),
+        ("coated", GltfParameters { clearcoat: 1.0, clearcoat_roughness: 0.1, ..plain }),
+        ("coated metal", GltfParameters { clearcoat: 0.7, clearcoat_roughness: 1.0, ..metal }),
+        ("cloth", GltfParameters { sheen_color: Rgb::WHITE, sheen_roughness: roughness, ..plain }),
+        ("film", film(300.0, plain)),
+        ("film on metal", film(500.0, GltfParameters { base_color: Rgb::splat(0.7), ..metal })),
+        ("sheet", sheet(roughness)),
+        ("glass", glass(roughness, 1.5)),
+        ("half glass", GltfParameters { transmission: 0.5, ..glass(roughness, 1.5) }),
+        ("filmed glass", film(200.0, glass(roughness, 1.5))),
+        ("window", glass(roughness, 1.0)),
+        ("mixed", mixed(roughness, false)),
+        ("mixed solid", mixed(roughness, true)),
+    ]
+}
+
+/// How much more than everything a kind may return: the tables' error; of a film on a diffuse base or on glass the error of
+/// taking its reflectance under the angle of view instead of averaging it over the microfacets.
+fn gain(name: &str) -> f32 {
+    const TABLES: f32 = 2e-3;
+    const FILM: f32 = 0.02;
+    // Smooth sheen has its whole albedo within a few degrees of the horizon.
+    const SHEEN: f32 = 0.016;
+    if name == "cloth" {
+        return SHEEN;
+    }
+    if name.contains("film") || name.contains("mixed") { FILM } else { TABLES }
+}
+
+pub(super) fn rows() -> Vec<Row> {
+    let mut rows = Vec::new();
+    for roughness in ROUGHNESSES {
+        for (name, is) in kinds(roughness) {
+            // All roughnesses where lobes are as they are, fewer where they are combined.
+            let is_plain = ["metal", "white", "sheet", "glass"].contains(&name);
+            if !is_plain && ![ROUGHNESSES[1], ROUGHNESSES[3]].contains(&roughness) {
+                continue;
+            }
+            let eta = if is.solid { is.ior } else { 1.0 };
+            let energy = Energy::Mean(1.0 + gain(name));
+            rows.push(Row { energy, ..row(&format!("glTF {name} {roughness}"), gltf(is), eta) });
+        }
+    }
+    rows
+}
+
+pub(super) fn extremes() -> Vec<(String, Bsdf)> {
+    let mut all = Vec::new();
+    // Corners of the parameters' ranges, a bit each: a seventh of them.
+    for corner in (0..1u32 << 12).step_by(7) {
+        let bit = |i: u32| (corner >> i & 1) as f32;
+        let is = GltfParameters {
+            base_color: Rgb::splat(bit(0)),
+            metallic: bit(1),
+            roughness: bit(2),
+            ior: [1.0, 1.0 + 1e-7, 1.0 + 1e-5, 1.5, 5.0][(corner % 5) as usize],
+            specular: bit(3),
+            specular_color: Rgb::splat(100.0 * bit(4)),
+            transmission: bit(5),
+            solid: bit(6) > 0.0,
+            clearcoat: bit(7),
+            clearcoat_roughness: bit(8),
+            sheen_color: Rgb::splat(bit(9)),
+            sheen_roughness: bit(10),
+            iridescence: bit(11),
+            iridescence_ior: 1.0 + bit(8),
+            iridescence_thickness: 1e4 * bit(10),
+        };
+        all.push((format!("{is:?}"), gltf(is)));
+    }
+    all
+}
+
+/// Error of an integral over 2¹⁴ Sobol' points ([`super::albedo`]).
+const QUADRATURE: f64 = 2e-3;
+
+/// Error of the tables of what one scattering returns.
+const TABLES: f64 = 2e-3;
+
+#[test]
+fn white_returns_everything() {
+    for roughness in [0.0, 1e-3, 0.1, 0.25, 0.37, 0.5, 0.8, 1.0] {
+        let metal = GltfParameters { roughness, ..GltfParameters::default() };
+        let plain = dielectric(roughness);
+        let blend = GltfParameters { metallic: 0.4, ..plain };
+        let shiny = GltfParameters { ior: 1.9, specular: 0.6, ..plain };
+        let mut all = vec![("metal", metal), ("plain", plain), ("blend", blend), ("shiny", shiny)];
+        all.push(("sheet", sheet(roughness)));
+        all.push(("window", glass(roughness, 1.0)));
+        for (name, ior) in [("glass", 1.5), ("ice", 1.2), ("diamond", 2.4)] {
+            all.push((name, glass(roughness, ior)));
+        }
+        all.push(("half", GltfParameters { transmission: 0.5, specular: 0.5, ..glass(roughness, 1.5) }));
+        for (name, is) in all {
+            for cosine in [1.0f32, 0.8, 0.5, 0.2, 0.05, 0.01] {
+                let [.., energy] = albedos(&gltf(is), cosine);
+                let off = (energy - 1.0).abs();
+                assert!(off < QUADRATURE + TABLES, "{name}, roughness {roughness}, cosine {cosine}: {energy}");
+            }
+        }
+    }
+}
+
+#[test]
+fn white_glass_returns_everything_inside() {
+    for roughness in [0.0, 0.1, 0.3, 0.5, 0.8, 1.0] {
+        for ior in [1.2, 1.5, 2.4] {
+            for cosine in [1.0f32, 0.8, 0.5, 0.2, 0.05, 0.01] {
+                let [.., energy] = albedos(&gltf(glass(roughness, ior)), -cosine);
+                let off = (energy - 1.0).abs();
+                assert!(off < QUADRATURE + TABLES, "{ior}, roughness {roughness}, cosine {cosine}: {energy}");
+            }
+        }
+    }
+}
