@@ -267,7 +267,7 @@ fn tangents_are_made_where_a_normal_map_needs_them() {
     let scene = file.loaded();
     let BsdfKind::TwoSided { front, back } = *surface(&scene) else { panic!() };
     assert!(matches!(kind(&scene, back), BsdfKind::Null));
-    let BsdfKind::Perturbed { nested, normal, flip_invalid: true, shadowing: false } = *kind(&scene, front) else {
+    let BsdfKind::Perturbed { nested, normal, terminator: Terminator::Bend } = *kind(&scene, front) else {
         panic!("{:?}", kind(&scene, front))
     };
     assert!(matches!(kind(&scene, nested), BsdfKind::Gltf(_)));

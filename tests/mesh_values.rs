@@ -148,8 +148,7 @@ fn bitangents_move_with_the_surface() {
                 kind: BsdfKind::Perturbed {
                     nested: BsdfId(0),
                     normal: NormalSource::Map { texture: TextureId(0), scale: 1.0 },
-                    flip_invalid: true,
-                    shadowing: false,
+                    terminator: Terminator::Cut { flip_invalid: true, shadowing: false },
                 },
                 ..diffuse(0.0)
             },

@@ -157,10 +157,8 @@ pub enum BsdfKind {
         nested: BsdfId,
         /// Where the normal comes from.
         normal: NormalSource,
-        /// Whether a normal that looks away from the viewer is turned round the surface's own (Schüssler et al. 2017).
-        flip_invalid: bool,
-        /// Whether light fades out towards the terminator of the surface's own normal (Estevez et al. 2019).
-        shadowing: bool,
+        /// What happens where it disagrees with the surface's own about who sees whom.
+        terminator: Terminator,
     },
 }
 
@@ -268,6 +266,21 @@ pub struct PrincipledShared {
     pub sheen_tint: f64,
     /// Share of the diffuse part that looks like subsurface scattering.
     pub flatness: f64,
+}
+
+/// What happens where a perturbed normal looks elsewhere than the surface's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Terminator {
+    /// Light from behind either is cut off, as Mitsuba 3.9 does.
+    Cut {
+        /// Whether a normal that looks away from the viewer is turned round the surface's own (Schüssler et al. 2017).
+        flip_invalid: bool,
+        /// Whether light fades out towards the terminator of the surface's own normal (Estevez et al. 2019).
+        shadowing: bool,
+    },
+    /// The normal is bent towards the surface's own until a mirror would show the viewer what is above the surface (Keller et
+    /// al. 2017, *The Iray Light Transport Simulation and Rendering System*); light from behind either is cut off.
+    Bend,
 }
 
 /// Where a perturbed normal comes from.

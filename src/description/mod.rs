@@ -10,7 +10,7 @@ mod texture;
 pub use aov::{Aov, AovKind};
 pub use bsdf::{
     Bsdf, BsdfKind, Gltf, MicrofacetDistribution, Microfacets, NormalSource, Plastic, PrincipledShared, SurfaceNeeds,
-    Varying, Volume,
+    Terminator, Varying, Volume,
 };
 pub use texture::{Channel, Texture, TextureKind, Wrap};
 

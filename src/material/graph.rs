@@ -52,12 +52,25 @@ pub enum Node {
         nested: u32,
         /// Where the normal comes from.
         normal: NormalSource,
+        /// What happens where it disagrees with the base normal about who sees whom.
+        terminator: Terminator,
+    },
+}
+
+/// What happens where a perturbed normal looks elsewhere than its base normal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Terminator {
+    /// Light from behind either is cut off.
+    Cut {
         /// Whether a normal that looks away from the viewer is turned round the base normal (as Schüssler et al. 2017,
         /// *Microfacet-based Normal Mapping for Robust Monte Carlo Path Tracing*, do with the half of their microsurface).
         flip_invalid: bool,
         /// Whether light fades out towards the terminator of the base normal.
         shadowing: bool,
     },
+    /// The normal is bent towards the base normal until a mirror would show the viewer what is above the surface; light from
+    /// behind either is cut off.
+    Bend,
 }
 
 /// A number in [0, 1].
@@ -180,21 +193,15 @@ impl Resolver<'_> {
                     self.layers.push(Layer { weight, bsdf: Bsdf::Null(crate::bsdf::Null), perturbation: None });
                 }
             }
-            &Node::Perturbed { nested, normal, flip_invalid, shadowing } => {
-                let own = self.perturbed(normal, flip_invalid, shadowing, perturbation);
+            &Node::Perturbed { nested, normal, terminator } => {
+                let own = self.perturbed(normal, terminator, perturbation);
                 self.node(nested, weight, Some(own));
             }
         }
     }
 
     /// The frame of a perturbed normal, above `outer`.
-    fn perturbed(
-        &self,
-        normal: NormalSource,
-        flip_invalid: bool,
-        shadowing: bool,
-        outer: Option<Perturbation>,
-    ) -> Perturbation {
+    fn perturbed(&self, normal: NormalSource, terminator: Terminator, outer: Option<Perturbation>) -> Perturbation {
         let wo = own(outer.as_ref(), self.place.wo);
         let mut n = match normal {
             NormalSource::Map { texture, scale } => {
@@ -206,10 +213,17 @@ impl Resolver<'_> {
                 bumped(self.place.dp.map(|dp| own(outer.as_ref(), dp)), gradient)
             }
         };
+        let (flip_invalid, shadowing) = match terminator {
+            Terminator::Cut { flip_invalid, shadowing } => (flip_invalid, shadowing),
+            Terminator::Bend => (false, false),
+        };
         if flip_invalid && wo.z * wo.dot(n) <= 0.0 {
             n = Vec3::new(-n.x, -n.y, n.z);
         }
-        let n = n.normalize_or(Vec3::Z);
+        let mut n = n.normalize_or(Vec3::Z);
+        if terminator == Terminator::Bend {
+            n = bent(n, wo);
+        }
         let frame = Frame::from_tangent(n, Vec3::X);
         /// The roughness that the shadowing function gives a perturbation: α² = tan²/8, at most 1 (Estevez et al. 2019,
         /// their equation for the slope's variance).
@@ -241,6 +255,23 @@ fn mirrored(perturbation: Option<Perturbation>) -> Perturbation {
         },
         Some(p) => Perturbation { frame: Frame { n: -p.frame.n, ..p.frame }, base: -p.base, ..p },
     }
+}
+
+/// The normal nearest to `n` that mirrors `wo` to its own side of the surface z = 0, where `n` does not (Keller et al. 2017,
+/// *The Iray Light Transport Simulation and Rendering System*): the mirrored direction is pulled up to the horizon, and the
+/// normal is in the middle.
+fn bent(n: Vec3, wo: Vec3) -> Vec3 {
+    /// How high above the horizon, as a sine: about a degree, so that of a glossy lobe half is not cut off all the same.
+    const LEAST: f32 = 0.02;
+    let side = if wo.z < 0.0 { -1.0 } else { 1.0 };
+    let facing = n * side;
+    let mirrored = facing * (2.0 * wo.dot(facing)) - wo;
+    if mirrored.z * side >= LEAST {
+        return n;
+    }
+    let Some(horizon) = mirrored.truncate().try_normalize() else { return Vec3::Z };
+    let pulled = horizon.extend(LEAST * side).normalize();
+    (wo + pulled).normalize_or(Vec3::Z * side) * side
 }
 
 /// The normal of a surface that is raised along +z by a height of this gradient with respect to (u, v) (Blinn 1978,

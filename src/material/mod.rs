@@ -7,7 +7,7 @@
 mod graph;
 mod layer;
 
-pub use graph::{Graph, Node, NormalSource, Number, Place};
+pub use graph::{Graph, Node, NormalSource, Number, Place, Terminator};
 pub use layer::{Layer, Perturbation};
 
 use crate::bsdf::{Bsdf, BsdfSample, Lobes};

@@ -9,7 +9,7 @@ use super::model::Model;
 use super::primitives::Wanted;
 use super::textures::{Reference, Textures, Value};
 use crate::description::{
-    Bsdf, BsdfId, BsdfKind, Channel, Emission, Gltf, NormalSource, Parameter, TextureId, Varying,
+    Bsdf, BsdfId, BsdfKind, Channel, Emission, Gltf, NormalSource, Parameter, Terminator, TextureId, Varying,
 };
 use crate::error::Result;
 use crate::spectrum::Rgb;
@@ -222,13 +222,10 @@ impl<'m> Materials<'m> {
         let reference = Reference::normal(self.model, info, &place)?;
         let picture = self.textures.picture(&reference, true, &mut surface.sets)?;
         let Some(texture) = picture.texture().filter(|_| scale != 0.0) else { return Ok((leaf, None)) };
-        // Normals that look away are turned round (Schüssler et al. 2017), and light does not fade towards the terminator:
-        // what glTF's own renderers show, without their black spots.
         let kind = BsdfKind::Perturbed {
             nested: leaf,
             normal: NormalSource::Map { texture, scale },
-            flip_invalid: true,
-            shadowing: false,
+            terminator: Terminator::Bend,
         };
         let set = surface.sets.iter().position(|&s| s == reference.set());
         Ok((self.add(material.name.as_deref().unwrap_or(""), kind, Vec::new()), set))

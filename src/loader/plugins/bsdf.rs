@@ -3,7 +3,9 @@
 use super::colour::colour;
 use super::principled::{fraction, principled, principled_thin};
 use super::texture::{find_texture, required_texture, vary, varying};
-use crate::description::{BsdfId, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, Plastic};
+use crate::description::{
+    BsdfId, BsdfKind, MicrofacetDistribution, Microfacets, NormalSource, Parameter, Plastic, Terminator,
+};
 use crate::error::Result;
 use crate::loader::build::Builder;
 use crate::loader::conductors::{conductor, conductor_names};
@@ -290,7 +292,8 @@ fn bumpmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<BsdfKind> {
 fn perturbed(b: &mut Builder<'_>, p: &Params<'_>, normal: NormalSource) -> Result<BsdfKind> {
     let flip_invalid = p.boolean("flip_invalid_normals", true)?;
     let shadowing = p.boolean("use_shadowing_function", true)?;
-    Ok(BsdfKind::Perturbed { nested: nested(b, p)?, normal, flip_invalid, shadowing })
+    let terminator = Terminator::Cut { flip_invalid, shadowing };
+    Ok(BsdfKind::Perturbed { nested: nested(b, p)?, normal, terminator })
 }
 
 /// A reflectance, which a texture may give as `parameter`; a constant above 1 makes light from nothing, which Mitsuba lets

@@ -6,7 +6,7 @@ use crate::bsdf::{
 };
 use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
 use crate::error::{Error, Result, Span};
-use crate::material::{Graph, Material, Node, NormalSource, Number, Sides};
+use crate::material::{Graph, Material, Node, NormalSource, Number, Sides, Terminator};
 use std::collections::HashMap;
 
 /// The materials compiled so far.
@@ -126,9 +126,9 @@ impl Builder<'_> {
                 Node::Blend { first: self.node(first)?, second: self.node(second)?, weight: number(weight) }
             }
             BsdfKind::Mask { nested, opacity } => Node::Mask { nested: self.node(nested)?, opacity: number(opacity) },
-            BsdfKind::Perturbed { nested, normal, flip_invalid, shadowing } => {
+            BsdfKind::Perturbed { nested, normal, terminator } => {
                 let nested = self.node(nested)?;
-                Node::Perturbed { nested, normal: self.normal(normal), flip_invalid, shadowing }
+                Node::Perturbed { nested, normal: self.normal(normal), terminator: self::terminator(terminator) }
             }
             ref kind => {
                 let varying = bsdf.varying.iter().map(|&(p, texture)| (p, texture.0 as u32)).collect();
@@ -150,6 +150,13 @@ impl Builder<'_> {
                 NormalSource::Bump { height: height.0 as u32, scale: (scale * self.unit) as f32 }
             }
         }
+    }
+}
+
+fn terminator(terminator: description::Terminator) -> Terminator {
+    match terminator {
+        description::Terminator::Cut { flip_invalid, shadowing } => Terminator::Cut { flip_invalid, shadowing },
+        description::Terminator::Bend => Terminator::Bend,
     }
 }
 
