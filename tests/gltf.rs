@@ -2,12 +2,15 @@
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "test code")]
 
+mod common;
 mod gltf_file;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 use gltf_file::{File, outcome, png};
 use serde_json::{Value, json};
+use snell::accel::Accelerator;
 use snell::description::*;
+use snell::integrator::Estimator;
 use snell::loader::{LoadOptions, load};
 use snell::spectrum::Rgb;
 use std::fs;
@@ -606,4 +609,34 @@ fn large_meshes_are_shared() {
     assert!(close(scene.shapes[2].to_world.transform_point3(DVec3::X), DVec3::new(1.0, 9.0, 0.0)));
     file.json["nodes"].as_array_mut().unwrap().push(json!({"mesh": 0}));
     assert_eq!(file.loaded().instances.len(), 3);
+}
+
+/// The pixels of a square in the middle of the triangle, seen from this height above it, in white surroundings.
+fn seen(mut scene: SceneDescription, height: f64) -> Vec<Rgb> {
+    let middle = DVec3::new(0.25, 0.25, 0.0);
+    scene.cameras = vec![common::camera(middle + DVec3::Z * height, middle, 5.0, 4)];
+    scene.lights = vec![common::light(LightKind::Constant { radiance: Rgb::WHITE })];
+    let compiled = common::compiled(&scene, Accelerator::Native);
+    common::picture(&compiled, &common::settings(Estimator::Path, 16)).pixels().to_vec()
+}
+
+/// A culled face is not seen from behind; without textures and with them.
+#[test]
+fn faces_have_the_sides_that_they_should() {
+    let near = |p: &Rgb, value: f32| p.to_array().iter().all(|c| (c - value).abs() < 1e-6);
+    for textured in [false, true] {
+        let mut black = json!({"pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]}});
+        if textured {
+            black["pbrMetallicRoughness"]["metallicRoughnessTexture"] = json!({"index": 0});
+        }
+        assert!(seen(with_material(black.clone()), 1.0).iter().all(|p| p.luminance() < 0.5));
+        assert!(seen(with_material(black.clone()), -1.0).iter().all(|p| near(p, 1.0)), "textured: {textured}");
+        black["doubleSided"] = json!(true);
+        assert!(seen(with_material(black), -1.0).iter().all(|p| p.luminance() < 0.5));
+    }
+    // What is not lit shows its colour and reflects nothing.
+    let unlit = json!({"extensions": {"KHR_materials_unlit": {}},
+        "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.5, 0.5, 1]}});
+    assert!(seen(with_material(unlit.clone()), 1.0).iter().all(|p| near(p, 0.5)));
+    assert!(seen(with_material(unlit), -1.0).iter().all(|p| near(p, 1.0)));
 }

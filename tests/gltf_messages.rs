@@ -85,7 +85,7 @@ fn extensions_and_versions() {
 }
 
 #[test]
-fn buffers_and_accessors() {
+fn buffers() {
     all_refused(
         &File::triangle(),
         &[
@@ -122,6 +122,15 @@ fn buffers_and_accessors() {
                 |f| f.json["bufferViews"][0]["byteOffset"] = json!(u64::MAX),
                 "bufferViews[0]: 36 bytes from 18446744073709551615 are outside of buffers[0], which has 36",
             ),
+        ],
+    );
+}
+
+#[test]
+fn accessors() {
+    all_refused(
+        &File::triangle(),
+        &[
             (
                 |f| f.json["accessors"][0]["bufferView"] = json!(3),
                 "accessors[0]: there is no bufferViews[3]; the file has 1",
@@ -371,7 +380,7 @@ fn long_chains_are_no_danger() {
 }
 
 #[test]
-fn materials_and_textures() {
+fn textures() {
     let mut file = File::textured(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
         "normalTexture": {"index": 0}, "extensions": {}}));
     file.push("samplers", json!({}));
@@ -411,6 +420,16 @@ fn materials_and_textures() {
                 },
                 "materials[0].normalTexture: its transform is not finite",
             ),
+        ],
+    );
+}
+
+#[test]
+fn materials() {
+    let mut file = File::textured(json!({"pbrMetallicRoughness": {}, "extensions": {}}));
+    all_refused(
+        &file,
+        &[
             (
                 |f| f.json["materials"][0]["alphaMode"] = json!("GLASS"),
                 "materials[0]: its alphaMode is not one of OPAQUE, MASK, BLEND",
@@ -449,8 +468,8 @@ fn materials_and_textures() {
     );
 }
 
-#[test]
-fn lights_and_cameras() {
+/// A triangle, a camera of either type, and a light.
+fn lit_and_seen() -> File {
     let mut file = File::triangle();
     file.json["nodes"] = json!([{"mesh": 0}, {"camera": 0}, {"extensions": {"KHR_lights_punctual": {"light": 0}}}]);
     file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "spot", "spot": {}}]}});
@@ -460,14 +479,16 @@ fn lights_and_cameras() {
         "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 1}}),
     );
     assert!(file.outcome(false).is_ok());
+    file
+}
+
+#[test]
+fn lights() {
     fn light(f: &mut File) -> &mut Value {
         &mut f.json["extensions"]["KHR_lights_punctual"]["lights"][0]
     }
-    fn camera(f: &mut File) -> &mut Value {
-        &mut f.json["cameras"][0]
-    }
     all_refused(
-        &file,
+        &lit_and_seen(),
         &[
             (
                 |f| f.json["nodes"][2]["extensions"]["KHR_lights_punctual"]["light"] = json!(1),
@@ -489,6 +510,18 @@ fn lights_and_cameras() {
                 |f| light(f)["intensity"] = json!(-1),
                 "extensions.KHR_lights_punctual.lights[0]: expected a number from 0 to",
             ),
+        ],
+    );
+}
+
+#[test]
+fn cameras() {
+    fn camera(f: &mut File) -> &mut Value {
+        &mut f.json["cameras"][0]
+    }
+    all_refused(
+        &lit_and_seen(),
+        &[
             (|f| f.json["nodes"][1]["camera"] = json!(1), "nodes[1]: there is no cameras[1]; the file has 1"),
             (|f| f.json["nodes"][1]["scale"] = json!([0, 0, 0]), "nodes[1]: its place gives its camera no direction"),
             (|f| camera(f)["type"] = json!("fisheye"), "cameras[0]: its type is not one of perspective, orthographic"),

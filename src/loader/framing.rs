@@ -97,7 +97,7 @@ const SKY: [Rgb; 4] =
     [Rgb::new(0.38, 0.46, 0.58), Rgb::new(0.72, 0.74, 0.76), Rgb::new(0.2, 0.19, 0.18), Rgb::new(0.12, 0.115, 0.11)];
 /// Radiance of the brightest direction beside the sky's, and how fast it falls off: κ of exp(κ(cos θ − 1)), which makes a
 /// spot about as wide as a window.
-const SUN: (Rgb, f64) = (Rgb::new(20.0, 19.0, 17.5), 60.0);
+const SUN: (Rgb, f64) = (Rgb::new(15.0, 14.2, 13.1), 60.0);
 
 /// Surroundings for what comes without light: a sky with a bright spot at the upper left, and a dark ground whose horizon
 /// mirrors show. They are infinitely far away, so that they stand before no camera that a file has.

@@ -19,7 +19,7 @@ pub(super) enum Purpose {
 
 /// Most elements of an accessor without a buffer view, all zero but for a few. Reason: they take no bytes in the file, so
 /// nothing else keeps a file from asking for all memory; this is more than a mesh has whose vertices are not stored.
-const MAX_ZEROS: u64 = 1 << 24;
+const MAX_ZEROS: u64 = 1 << 20;
 
 /// Elements of `N` numbers and how each is stored.
 struct Layout {

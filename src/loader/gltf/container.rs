@@ -1,7 +1,7 @@
 //! The two containers of glTF: a text file, or a binary one with the text and a buffer in it.
 
 use crate::error::{Error, Result, Span};
-use crate::loader::source::{MAX_DATA_BYTES, MAX_TEXT_BYTES, read_bytes};
+use crate::loader::source::{MAX_DATA_BYTES, read_bytes};
 use gltf::json::Root;
 use std::ops::Range;
 use std::path::Path;
@@ -39,9 +39,6 @@ pub(super) fn read(path: &Path) -> Result<Container> {
 }
 
 fn parse(at: &Span, text: &[u8], is_file: bool) -> Result<Root> {
-    if text.len() as u64 > MAX_TEXT_BYTES {
-        return Err(Error::scene(at, format!("its JSON is larger than {MAX_TEXT_BYTES} bytes")));
-    }
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     gltf::json::deserialize::from_slice(text).map_err(|e| {
         let message = e.to_string();

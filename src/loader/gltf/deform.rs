@@ -57,7 +57,7 @@ fn joints(model: &Model, nodes: &Nodes, index: usize, place: &str) -> Result<Vec
             return Err(model.error(&place, message));
         }
         for (joint, inverse) in joints.iter_mut().zip(&inverse) {
-            *joint = *joint * DAffine3::from_mat4(DMat4::from_cols_array(inverse));
+            *joint *= DAffine3::from_mat4(DMat4::from_cols_array(inverse));
         }
     }
     Ok(joints)

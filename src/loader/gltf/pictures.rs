@@ -7,6 +7,7 @@ use crate::image::Raster;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 /// A texture that waits for its picture.
@@ -32,8 +33,8 @@ impl Pictures {
     pub(super) fn fill(self, model: &Model, textures: &mut [Texture]) -> Result<()> {
         let mut files = BTreeMap::new();
         for asked in &self.0 {
-            if !files.contains_key(&asked.image) {
-                files.insert(asked.image, model.image_file(asked.image)?);
+            if let Entry::Vacant(place) = files.entry(asked.image) {
+                place.insert(model.image_file(asked.image)?);
             }
         }
         let mut wanted: Vec<(usize, bool)> = self.0.iter().map(|asked| (asked.image, asked.raw)).collect();

@@ -78,6 +78,8 @@ pub(super) fn read(
                 let uvs: Vec<[f64; 2]> = model.numbers(accessor, &place, Purpose::Measures)?;
                 uvs.into_iter().map(DVec2::from_array).collect()
             }
+            // Asked for by the user alone: then they are those of a mesh without any.
+            None if model.wants_uvs && wanted.sets.len() == 1 => continue,
             None => {
                 model.warn(place, format!("its material asks for TEXCOORD_{set}, which it lacks; it is taken as 0"));
                 vec![DVec2::ZERO; vertices]
@@ -149,14 +151,15 @@ fn faces(model: &Model, primitive: &Primitive, place: &str, vertices: usize) -> 
 
 /// Triangles as section 3.7.2.1 of the specification makes them.
 fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
-    let windows = corners.windows(3).enumerate();
+    let windows = corners.windows(3);
     let flat = |f: &[u32; 3]| f[0] == f[1] || f[1] == f[2] || f[2] == f[0];
     match mode {
         Mode::TriangleStrip => windows
+            .enumerate()
             .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
             .filter(|f| !flat(f))
             .collect(),
-        Mode::TriangleFan => windows.map(|(_, w)| [w[1], w[2], corners[0]]).filter(|f| !flat(f)).collect(),
+        Mode::TriangleFan => windows.map(|w| [w[1], w[2], corners[0]]).filter(|f| !flat(f)).collect(),
         _ => corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
     }
 }
