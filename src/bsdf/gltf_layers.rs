@@ -101,19 +101,15 @@ impl Means {
         means
     }
 
-    /// What is refracted: with what is lost outside and inside, M̄₁ and M̄₂, and the mean transmittances T̄₁ = η²·T̄₂ of the
-    /// smooth interface, the part T̄·min(1, M̄ there / M̄ here) crosses, which makes both ways the same.
+    /// What is refracted.
     fn cross(&mut self, gltf: &Gltf, layers: &Layers) {
         let tables = gltf.tables;
-        let lost = [true, false].map(|outside| tables.mean_lost(outside, layers.alpha).of(layers.fresnel));
+        let [outside, inside] = [true, false].map(|outside| tables.mean_lost(outside, layers.alpha).of(layers.fresnel));
         let [r0, r1] = layers.fresnel;
         let through = 1.0 - max(r0 + r1 * tables.smooth, 0.0);
-        let through = [through, through / sqr(gltf.is.ior)];
-        self.crossing = lost;
-        for side in [0, 1] {
-            let [here, there] = [lost[side], lost[1 - side]];
-            self.crosses[side] = through[side] * if here > there { there / here } else { 1.0 };
-        }
+        self.crossing = [outside, inside];
+        self.crosses =
+            [tables.crosses(true, [outside, inside], through), tables.crosses(false, [inside, outside], through)];
     }
 
     fn coat(&mut self, layers: &Layers) {

@@ -167,6 +167,18 @@ impl Bsdf {
         each!(self, b => b.sample(wo, u))
     }
 
+    /// The same with what its microfacets scatter several times, which must be isotropic and of roughness α up to 1. Changes
+    /// only rough metal, rough dielectrics and rough plastic.
+    #[must_use]
+    pub fn with_multiple_scattering(self) -> Self {
+        match self {
+            Self::RoughConductor(b) => Self::RoughConductor(b.with_multiple_scattering()),
+            Self::RoughDielectric(b) => Self::RoughDielectric(b.with_multiple_scattering()),
+            Self::RoughPlastic(b) => Self::RoughPlastic(b.with_multiple_scattering()),
+            other => other,
+        }
+    }
+
     /// Diffuse reflectance as Mitsuba has it: what a diffuse surface that looked like this one along the normal, seen from
     /// `wo`, would reflect.
     pub fn diffuse_reflectance(&self, wo: Vec3) -> Rgb {
