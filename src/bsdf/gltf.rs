@@ -231,7 +231,11 @@ impl Gltf {
         let is = &self.is;
         let total = !outside && interface.transmittance == 0.0;
         let cos = if outside { cos } else { interface.cos_t };
-        let dielectric = if total { Rgb::WHITE } else { self.dielectric(cos, interface.reflectance) };
+        let dielectric = match (self.is_window(), total) {
+            (true, _) => Rgb::BLACK,
+            (false, true) => Rgb::WHITE,
+            (false, false) => self.dielectric(cos, interface.reflectance),
+        };
         let through = max(1.0 - dielectric.max_component(), 0.0);
         let transmittance = is.base_color * (self.glass() * through);
         let reflectance = if !outside {
@@ -320,7 +324,7 @@ impl Gltf {
         let facet = self.facet(outside, cos, fresnel::dielectric(cos, eta));
         let below = seen.coat * seen.sheen;
         let [diffuse, up, down] = self.means.even_albedos(self, outside, seen);
-        let window = if self.is_window() { self.straight(outside, cos) * below } else { Rgb::BLACK };
+        let window = if self.is_window() { self.straight() * below } else { Rgb::BLACK };
         let mut shares = Shares {
             diffuse: share(!diffuse.is_black(), diffuse.mean()),
             up: share(!up.is_black(), up.mean()),
@@ -345,10 +349,9 @@ impl Gltf {
     }
 
     /// What goes straight through a window, but for what is above it.
-    fn straight(&self, outside: bool, cos: f32) -> Rgb {
-        let none = Fresnel { reflectance: 0.0, transmittance: 1.0, cos_t: cos };
-        let reflected = if outside { self.dielectric(cos, 0.0) } else { self.dielectric(none.cos_t, 0.0) };
-        self.is.base_color * (self.glass() * max(1.0 - reflected.max_component(), 0.0))
+    #[inline]
+    fn straight(&self) -> Rgb {
+        self.is.base_color * self.glass()
     }
 
     #[inline(never)]
@@ -392,12 +395,12 @@ impl Gltf {
         if !outside {
             return (value, SolidAnglePdf(pdf));
         }
-        value = value * min(seen.sheen, back.sheen);
+        value *= min(seen.sheen, back.sheen);
         if shares.sheen > 0.0 {
             value += self.is.sheen_color * layers.sheen.value(wo, wi);
             pdf += shares.sheen / TAU;
         }
-        value = value * (seen.coat * back.coat);
+        value *= seen.coat * back.coat;
         if shares.coat > 0.0 {
             let [p, density] = mirrored(&Self::facets(layers.coat_alpha), wo, wi, m);
             let reflectance = fresnel::dielectric(cos, Layers::COAT_IOR).reflectance;
@@ -468,8 +471,7 @@ impl Gltf {
         let wi = match self.direction(&view, u)? {
             Some(wi) => wi,
             None => {
-                let weight = self.straight(view.outside, min(view.wo.z, 1.0));
-                let weight = weight * (view.seen.coat * view.seen.sheen / view.shares.window);
+                let weight = self.straight() * (view.seen.coat * view.seen.sheen / view.shares.window);
                 // The same coat and sheen are passed whichever way one looks.
                 return Some(BsdfSample { wi: -wo, weight, pdf: None, eta: 1.0 });
             }

@@ -52,7 +52,6 @@ use std::f32::consts::PI;
 
 /// A bsdf: a closed set, each in its own file with the same methods.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "where a texture varies it, it is copied at every vertex: no allocation")]
 pub enum Bsdf {
     /// Lambertian reflection.
     Diffuse(Diffuse),

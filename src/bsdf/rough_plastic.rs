@@ -9,7 +9,8 @@
 //! it should be by up to 3 %, the more the brighter.
 //!
 //! On demand also what the coat scatters several times ([`super::energy`]). Then T is what the coat does not reflect, and
-//! R = 1 − T̄/η², so that white (nonlinear) plastic returns everything.
+//! R = 1 − T̄/η², so that white plastic returns everything. Under a rough coat of less index than its surroundings that may be
+//! below zero: what such a coat reflects inside is guessed from outside.
 
 use super::energy::{self, Interface, Spread};
 use super::microfacet::Microfacets;
@@ -108,17 +109,10 @@ impl RoughPlastic {
             mean_lost: 1.0 - returned,
             back: energy::several(Rgb::splat(1.0 - tables.through()), returned).0.x,
         };
-        for (i, t) in self.transmittance.iter_mut().enumerate() {
-            let [once, often] = several.albedos(i as f32 / (ANGLES - 1) as f32);
-            *t = max(1.0 - once - often, 0.0);
-        }
-        // 2·∫T·μ dμ of what is interpolated linearly.
-        let mut mean = 0.0;
-        for (i, t) in self.transmittance.windows(2).enumerate() {
-            let (a, b) = (i as f32 / (ANGLES - 1) as f32, (i + 1) as f32 / (ANGLES - 1) as f32);
-            mean += (b - a) * (a * (2.0 * t[0] + t[1]) + b * (t[0] + 2.0 * t[1])) / 3.0;
-        }
-        self.base.inside = max(1.0 - mean / sqr(self.eta), 0.0);
+        let returned = tables.mean_returned(alpha);
+        let reflected = several.normal * returned.all + (1.0 - several.normal) * returned.part;
+        let mean = 1.0 - reflected - several.back * several.mean_lost;
+        self.base.inside = 1.0 - mean / sqr(self.eta);
         self.several = Some(several);
         self
     }
@@ -140,6 +134,10 @@ impl RoughPlastic {
     /// The coat's transmittance for light from outside under the cosine `cos`.
     #[inline]
     fn through(&self, cos: f32) -> f32 {
+        if let Some(several) = &self.several {
+            let [once, often] = several.albedos(cos);
+            return max(1.0 - once - often, 0.0);
+        }
         let x = min(cos, 1.0) * (ANGLES - 1) as f32;
         let i = (x as usize).min(ANGLES - 2);
         let t = x - i as f32;
