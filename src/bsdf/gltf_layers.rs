@@ -191,8 +191,8 @@ impl Means {
 }
 
 impl Seen {
-    /// Under the cosine `cos` from `outside` or inside.
-    pub(super) fn new(gltf: &Gltf, layers: &Layers, means: &Means, outside: bool, cos: f32) -> Self {
+    /// Under the cosines `cos` to the normal and `coat_cos` to that of the coat, from `outside` or inside.
+    pub(super) fn new(gltf: &Gltf, layers: &Layers, means: &Means, outside: bool, [cos, coat_cos]: [f32; 2]) -> Self {
         let is = &gltf.is;
         let mut seen = Self {
             coat: 1.0,
@@ -224,7 +224,7 @@ impl Seen {
             seen.sheen = max(1.0 - is.sheen_color.max_component() * seen.sheen_albedo, 0.0);
         }
         if is.clearcoat > 0.0 {
-            let returned = COAT.returned(layers.coat_alpha, cos);
+            let returned = COAT.returned(layers.coat_alpha, coat_cos);
             seen.coat_lost = 1.0 - returned.all;
             let normal = Contrast::new(Layers::COAT_IOR).normal;
             let albedo = normal * returned.all + (1.0 - normal) * returned.part + seen.coat_lost * means.coat_several;

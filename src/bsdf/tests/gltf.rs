@@ -111,6 +111,15 @@ fn gain(name: &str) -> f32 {
 
 pub(super) fn rows() -> Vec<Row> {
     let mut rows = Vec::new();
+    for (name, is, tilt) in [("coat", dielectric(0.4), 0.2f32), ("coat of a sheet", sheet(0.4), 0.5)] {
+        let mut bsdf = Gltf::new(GltfParameters { clearcoat: 0.9, clearcoat_roughness: 0.3, ..is });
+        bsdf.set_coat_normal(Vec3::new(tilt, -tilt, 1.0).normalize());
+        // Cosines to two normals: what the coat gives back is not what it keeps from the base.
+        const TILTED: f32 = 0.3;
+        let energy = Energy::Mean(1.0 + TILTED);
+        // Each lobe's value has the cosine to its own normal, of one direction only.
+        rows.push(Row { energy, exempt: |_, _| true, ..row(&format!("glTF tilted {name}"), Bsdf::Gltf(bsdf), 1.0) });
+    }
     for roughness in ROUGHNESSES {
         for (name, is) in kinds(roughness) {
             // All roughnesses where lobes are as they are, one where they are combined.
@@ -196,6 +205,10 @@ fn white_glass_returns_everything_inside() {
     }
 }
 
+/// Error of the albedo of a coat of less index than its surroundings: it has an edge where everything begins to be reflected,
+/// which a table does not resolve.
+const EDGE: f32 = 0.01;
+
 /// Metal, dielectrics and plastic of Mitsuba's with what they scatter several times.
 fn compensated(distribution: Distribution, alpha: f32) -> Vec<(String, Bsdf, f32)> {
     let facets = Microfacets::new(distribution, alpha, alpha);
@@ -226,7 +239,7 @@ pub(super) fn compensated_rows() -> Vec<Row> {
     {
         for (name, bsdf, eta) in compensated(distribution, alpha) {
             if [1.5, 1.0].contains(&eta) {
-                let energy = Energy::Mean(1.0 + TABLES);
+                let energy = Energy::Mean(1.0 + TABLES + if name.contains("plastic 0") { EDGE } else { 0.0 });
                 rows.push(Row { energy, ..row(&format!("several {name}"), bsdf, eta) });
             }
         }
@@ -246,7 +259,8 @@ fn what_is_scattered_several_times_makes_white_return_everything() {
                         }
                         let [.., energy] = albedos(&bsdf, cosine);
                         let off = (energy - 1.0).abs();
-                        assert!(off < QUADRATURE + TABLES, "{name}, cosine {cosine}: {energy}");
+                        let edge = if name.contains("plastic 0") { f64::from(EDGE) } else { 0.0 };
+                        assert!(off < QUADRATURE + TABLES + edge, "{name}, cosine {cosine}: {energy}");
                     }
                 }
             }
