@@ -116,7 +116,7 @@ pub struct Gltf {
 #[derive(Clone, Copy, Default)]
 struct Shares {
     diffuse: f32,
-    /// What facets scatter several times, to the viewer's side and to the other.
+    /// What facets scatter several times, to the viewer's side and to the other: as often as their albedos say, which are known.
     up: f32,
     down: f32,
     sheen: f32,
@@ -212,7 +212,7 @@ impl Gltf {
 
     /// Whether light that enters the solid goes straight on.
     #[inline]
-    fn is_window(&self) -> bool {
+    pub(super) fn is_window(&self) -> bool {
         self.transmits && self.is.solid && (self.is.ior - 1.0).abs() < Self::LEAST_CONTRAST
     }
 
@@ -347,8 +347,8 @@ impl Gltf {
         let window = if self.is_window() { self.straight() * below } else { Rgb::BLACK };
         let mut shares = Shares {
             diffuse: share(!diffuse.is_black(), diffuse.mean()),
-            up: share(!up.is_black(), up.mean()),
-            down: share(!down.is_black(), down.mean()),
+            up: up.mean(),
+            down: down.mean(),
             sheen: share(outside && !is.sheen_color.is_black(), is.sheen_color.mean() * seen.sheen_albedo),
             coat: share(outside && is.clearcoat > 0.0 && wo.dot(coat) > 0.0, 1.0 - seen.coat),
             facets: share(facet.reflects >= 0.0, (facet.reflectance + facet.transmittance).mean() * below),

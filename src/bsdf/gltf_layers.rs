@@ -79,7 +79,9 @@ impl Means {
         let returned = tables.mean_returned(layers.alpha);
         let lost = max(1.0 - returned.all, 0.0);
         let [r0, r1] = layers.fresnel;
-        let dielectric = several(Rgb::splat(max(r0 + r1 * tables.smooth, 0.0)), returned.all);
+        // Of a window nothing is reflected, rounding errors included.
+        let reflected = if gltf.is_window() { 0.0 } else { max(r0 + r1 * tables.smooth, 0.0) };
+        let dielectric = several(Rgb::splat(reflected), returned.all);
         let below = 1.0 - (r0 * returned.all + r1 * returned.part + lost * dielectric.0.x);
         let mut means = Self {
             lost,
