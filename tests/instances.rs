@@ -262,7 +262,12 @@ fn instances_may_be_far_away() {
 #[test]
 fn tangents_are_placed_too() {
     let mut scene = crowd_of_similar();
-    let facets = Microfacets { distribution: MicrofacetDistribution::Ggx, alpha_u: 0.05, alpha_v: 0.4 };
+    let facets = Microfacets {
+        distribution: MicrofacetDistribution::Ggx,
+        alpha_u: 0.05,
+        alpha_v: 0.4,
+        multiple_scattering: false,
+    };
     let metal =
         BsdfKind::RoughConductor { facets, eta: Rgb::splat(0.2), k: Rgb::splat(3.0), specular_reflectance: Rgb::WHITE };
     scene.bsdfs[0].kind = metal;

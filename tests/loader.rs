@@ -238,6 +238,13 @@ fn layered_bsdfs_have_mitsubas_parameters_and_defaults() {
     assert_eq!(plastic, expected);
     let BsdfKind::RoughPlastic { facets, plastic } = kind(r#"type="roughplastic">"#).0 else { panic!() };
     assert_eq!((facets.alpha_u, facets.alpha_v, plastic), (0.1, 0.1, expected));
+    assert!(!facets.multiple_scattering);
+    // Not one of Mitsuba's.
+    let several = r#"<boolean name="multiple_scattering" value="true"/>"#;
+    let BsdfKind::RoughDielectric { facets, .. } = kind(&format!(r#"type="roughdielectric">{several}"#)).0 else {
+        panic!()
+    };
+    assert!(facets.multiple_scattering);
     let thin = kind(r#"type="thindielectric">"#).0;
     assert!(matches!(thin, BsdfKind::ThinDielectric { int_ior: 1.5046, ext_ior, .. } if ext_ior == air));
     let shared = |body: &str| match kind(body).0 {

@@ -275,6 +275,13 @@ impl Loss {
         max(self.total + reflected + refracted, 0.0)
     }
 
+    /// Altogether, where the interface is a bare one of this index.
+    #[inline]
+    pub(super) fn bare(&self, eta: f32) -> f32 {
+        let normal = Contrast::new(eta).normal;
+        min(self.of([normal, 1.0 - normal]), 1.0)
+    }
+
     #[inline]
     fn from([total, reflected, reflected_g, refracted, refracted_g]: [f32; 5]) -> Self {
         Self { total, reflected, reflected_g, refracted, refracted_g }
@@ -363,6 +370,23 @@ impl Interface {
         Loss::from(self.losses(outside).1.at(alpha))
     }
 
+    /// The mean transmittance of the smooth interface over the hemisphere outside.
+    pub(super) fn through(&self) -> f32 {
+        let normal = Contrast::new(self.eta).normal;
+        1.0 - (normal + (1.0 - normal) * self.smooth)
+    }
+
+    /// Which part of what one scattering loses goes to the other side, seen from `outside` or inside, where all over the
+    /// hemisphere `lost` are lost on this side and on the other, and `through` is transmitted by the smooth interface from
+    /// outside.
+    ///
+    /// With the mean transmittances T̄₁ = η²·T̄₂ the part T̄·min(1, lost there / lost here) makes both ways the same.
+    pub(super) fn crosses(&self, outside: bool, lost: [f32; 2], through: f32) -> f32 {
+        let through = if outside { through } else { through / sqr(self.eta) };
+        let [here, there] = lost;
+        through * if here > there { there / here } else { 1.0 }
+    }
+
     #[inline]
     fn losses(&self, outside: bool) -> &(Table<5>, Means<5>) {
         self.lost[usize::from(!outside)].get_or_init(|| {
@@ -406,6 +430,12 @@ pub(super) fn several(mean_reflectance: Rgb, mean_returned: f32) -> Rgb {
 pub(super) fn missing(lost_o: f32, lost_i: f32, mean_lost: f32) -> f32 {
     // The larger quotient may be large, the product is not: what is lost grows from the normal to the horizon.
     if mean_lost > 0.0 { lost_o * (lost_i / mean_lost) } else { 0.0 }
+}
+
+/// Roughness for the tables of microfacets, which end at 1.
+#[inline]
+pub(super) fn tabulated(facets: &Microfacets) -> f32 {
+    min(facets.smallest_alpha(), 1.0)
 }
 
 /// Directions for what is missing after one scattering: facets hide each other most near the horizon, the more so the

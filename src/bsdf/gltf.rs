@@ -16,6 +16,9 @@
 //! returns everything, and the weight is the same in both directions. Under a thin film, whose albedo has no table, it is the
 //! smaller of 1−E(o) and 1−E(i).
 //!
+//! The coat has the surface's own normal where a map gives the base another ([`Gltf::set_coat_normal`]). What it reflects below the
+//! base's horizon is lost.
+//!
 //! Without volume the material is a sheet that looks the same from both sides if it transmits; what is transmitted leaves as if
 //! reflected and mirrored at the sheet. With volume what is below the surface is glass of weight (1−m)·t.
 
@@ -30,6 +33,7 @@ use super::sheen::Sheen;
 use super::thin_film::Film;
 use super::{BsdfSample, Lobes, NOTHING};
 use crate::math::float::{max, min, sqr};
+use crate::math::frame::Frame;
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::sampling::warp;
@@ -101,6 +105,8 @@ pub struct Gltf {
     /// Whether it transmits anywhere on the surface.
     transmits: bool,
     pub(super) tables: &'static super::energy::Interface,
+    /// The coat's normal: the surface's own where the base has another.
+    coat_normal: Vec3,
     /// What follows from the parameters.
     layers: Layers,
     means: Means,
@@ -110,7 +116,7 @@ pub struct Gltf {
 #[derive(Clone, Copy, Default)]
 struct Shares {
     diffuse: f32,
-    /// What facets scatter several times, to the viewer's side and to the other.
+    /// What facets scatter several times, to the viewer's side and to the other: as often as their albedos say, which are known.
     up: f32,
     down: f32,
     sheen: f32,
@@ -133,6 +139,8 @@ struct View {
     wo: Vec3,
     /// Whether that is outside.
     outside: bool,
+    /// The coat's normal, on the viewer's side.
+    coat: Vec3,
     seen: Seen,
     shares: Shares,
 }
@@ -155,7 +163,7 @@ impl Gltf {
             Sheen::prepare();
         }
         let (layers, means) = (Layers::default(), Means::default());
-        let mut this = Self { is, transmits: is.transmission > 0.0, tables, layers, means };
+        let mut this = Self { is, transmits: is.transmission > 0.0, tables, coat_normal: Vec3::Z, layers, means };
         // Makes the other tables, too.
         this.follow();
         this
@@ -188,6 +196,14 @@ impl Gltf {
         true
     }
 
+    /// Gives the coat another normal than the base, of unit length and in the base's frame; one that looks into the base is
+    /// ignored.
+    pub fn set_coat_normal(&mut self, normal: Vec3) {
+        if normal.z > 0.0 {
+            self.coat_normal = normal;
+        }
+    }
+
     /// Works out what follows from the parameters.
     fn follow(&mut self) {
         self.layers = Layers::new(self);
@@ -196,7 +212,7 @@ impl Gltf {
 
     /// Whether light that enters the solid goes straight on.
     #[inline]
-    fn is_window(&self) -> bool {
+    pub(super) fn is_window(&self) -> bool {
         self.transmits && self.is.solid && (self.is.ior - 1.0).abs() < Self::LEAST_CONTRAST
     }
 
@@ -231,7 +247,11 @@ impl Gltf {
         let is = &self.is;
         let total = !outside && interface.transmittance == 0.0;
         let cos = if outside { cos } else { interface.cos_t };
-        let dielectric = if total { Rgb::WHITE } else { self.dielectric(cos, interface.reflectance) };
+        let dielectric = match (self.is_window(), total) {
+            (true, _) => Rgb::BLACK,
+            (false, true) => Rgb::WHITE,
+            (false, false) => self.dielectric(cos, interface.reflectance),
+        };
         let through = max(1.0 - dielectric.max_component(), 0.0);
         let transmittance = is.base_color * (self.glass() * through);
         let reflectance = if !outside {
@@ -302,31 +322,35 @@ impl Gltf {
         }
         let outside = !(from_below && self.is.solid);
         let wo = if from_below { wo * MIRROR } else { wo };
-        let seen = self.seen(outside, min(wo.z, 1.0));
-        let shares = self.shares(outside, wo, &seen)?;
-        Some(View { wo, outside, seen, shares })
+        // Turned round, and mirrored.
+        let turned = if from_below { Vec3::new(-1.0, -1.0, 1.0) } else { Vec3::ONE };
+        let coat = self.coat_normal * turned;
+        let seen = self.seen(outside, wo, coat);
+        let shares = self.shares(outside, wo, coat, &seen)?;
+        Some(View { wo, outside, coat, seen, shares })
     }
 
-    /// What is seen under the cosine `cos`.
+    /// What is seen from `w`, where the coat has the normal `coat`.
     #[inline]
-    fn seen(&self, outside: bool, cos: f32) -> Seen {
-        Seen::new(self, &self.layers, &self.means, outside, cos)
+    fn seen(&self, outside: bool, w: Vec3, coat: Vec3) -> Seen {
+        let cosines = [w.z.abs(), w.dot(coat).copysign(w.dot(coat) * w.z)].map(|cos| min(max(cos, 0.0), 1.0));
+        Seen::new(self, &self.layers, &self.means, outside, cosines)
     }
 
     /// How often each lobe is sampled; `None` if there is none.
-    fn shares(&self, outside: bool, wo: Vec3, seen: &Seen) -> Option<Shares> {
+    fn shares(&self, outside: bool, wo: Vec3, coat: Vec3, seen: &Seen) -> Option<Shares> {
         let (is, cos) = (&self.is, min(wo.z, 1.0));
         let eta = self.eta(outside);
         let facet = self.facet(outside, cos, fresnel::dielectric(cos, eta));
         let below = seen.coat * seen.sheen;
         let [diffuse, up, down] = self.means.even_albedos(self, outside, seen);
-        let window = if self.is_window() { self.straight(outside, cos) * below } else { Rgb::BLACK };
+        let window = if self.is_window() { self.straight() * below } else { Rgb::BLACK };
         let mut shares = Shares {
             diffuse: share(!diffuse.is_black(), diffuse.mean()),
-            up: share(!up.is_black(), up.mean()),
-            down: share(!down.is_black(), down.mean()),
+            up: up.mean(),
+            down: down.mean(),
             sheen: share(outside && !is.sheen_color.is_black(), is.sheen_color.mean() * seen.sheen_albedo),
-            coat: share(outside && is.clearcoat > 0.0, 1.0 - seen.coat),
+            coat: share(outside && is.clearcoat > 0.0 && wo.dot(coat) > 0.0, 1.0 - seen.coat),
             facets: share(facet.reflects >= 0.0, (facet.reflectance + facet.transmittance).mean() * below),
             window: share(!window.is_black(), window.mean()),
         };
@@ -345,10 +369,9 @@ impl Gltf {
     }
 
     /// What goes straight through a window, but for what is above it.
-    fn straight(&self, outside: bool, cos: f32) -> Rgb {
-        let none = Fresnel { reflectance: 0.0, transmittance: 1.0, cos_t: cos };
-        let reflected = if outside { self.dielectric(cos, 0.0) } else { self.dielectric(none.cos_t, 0.0) };
-        self.is.base_color * (self.glass() * max(1.0 - reflected.max_component(), 0.0))
+    #[inline]
+    fn straight(&self) -> Rgb {
+        self.is.base_color * self.glass()
     }
 
     #[inline(never)]
@@ -373,11 +396,11 @@ impl Gltf {
 
     /// Value and density on the viewer's side.
     fn reflection(&self, view: &View, wi: Vec3) -> (Rgb, SolidAnglePdf) {
-        let View { wo, outside, ref seen, shares } = *view;
+        let View { wo, outside, ref seen, shares, .. } = *view;
         let (layers, means) = (&self.layers, &self.means);
         let Some(m) = (wo + wi).try_normalize() else { return NOTHING };
         let cos = min(wo.dot(m), 1.0);
-        let back = self.seen(outside, min(wi.z, 1.0));
+        let back = self.seen(outside, wi, view.coat);
         let cosine = warp::square_to_cosine_hemisphere_pdf(wi).0;
         let mut value = means.even_up(self, outside, seen, &back) * cosine;
         let mut pdf = shares.diffuse * cosine + shares.up * Spread::new(layers.alpha).pdf(wi);
@@ -392,28 +415,38 @@ impl Gltf {
         if !outside {
             return (value, SolidAnglePdf(pdf));
         }
-        value = value * min(seen.sheen, back.sheen);
+        value *= min(seen.sheen, back.sheen);
         if shares.sheen > 0.0 {
             value += self.is.sheen_color * layers.sheen.value(wo, wi);
             pdf += shares.sheen / TAU;
         }
-        value = value * (seen.coat * back.coat);
+        value *= seen.coat * back.coat;
         if shares.coat > 0.0 {
-            let [p, density] = mirrored(&Self::facets(layers.coat_alpha), wo, wi, m);
-            let reflectance = fresnel::dielectric(cos, Layers::COAT_IOR).reflectance;
-            let coat = reflectance * p + means.coat_several * seen.coat_missing(&back, means) * cosine;
-            value += Rgb::splat(self.is.clearcoat * coat);
-            pdf += shares.coat
-                * (means.coat_once * density + (1.0 - means.coat_once) * Spread::new(layers.coat_alpha).pdf(wi));
+            let (one, density) = self.coat(view, &back, wi);
+            value += Rgb::splat(self.is.clearcoat * one);
+            pdf += shares.coat * density;
         }
         (value, SolidAnglePdf(pdf))
+    }
+
+    /// What a full coat reflects, times cos θi, and the density, in the coat's own frame.
+    fn coat(&self, view: &View, back: &Seen, wi: Vec3) -> (f32, f32) {
+        let (layers, means) = (&self.layers, &self.means);
+        let [wo, wi] = [view.wo, wi].map(|w| in_frame_of(view.coat, w));
+        let Some(m) = (wo + wi).try_normalize().filter(|_| wo.z > 0.0 && wi.z > 0.0) else { return (0.0, 0.0) };
+        let [p, density] = mirrored(&Self::facets(layers.coat_alpha), wo, wi, m);
+        let reflectance = fresnel::dielectric(min(wo.dot(m), 1.0), Layers::COAT_IOR).reflectance;
+        let several = means.coat_several * view.seen.coat_missing(back, means);
+        let value = reflectance * p + several * warp::square_to_cosine_hemisphere_pdf(wi).0;
+        let spread = Spread::new(layers.coat_alpha).pdf(wi);
+        (value, means.coat_once * density + (1.0 - means.coat_once) * spread)
     }
 
     /// Value and density on the other side.
     fn transmission(&self, view: &View, wi: Vec3) -> (Rgb, SolidAnglePdf) {
         let View { outside, ref seen, shares, .. } = *view;
         let other = outside != self.is.solid;
-        let beyond = self.seen(other, min(-wi.z, 1.0));
+        let beyond = self.seen(other, wi, view.coat);
         let above = wi * MIRROR;
         let cosine = warp::square_to_cosine_hemisphere_pdf(above).0;
         let eta = if self.is.solid { self.eta(outside) } else { 1.0 };
@@ -468,8 +501,7 @@ impl Gltf {
         let wi = match self.direction(&view, u)? {
             Some(wi) => wi,
             None => {
-                let weight = self.straight(view.outside, min(view.wo.z, 1.0));
-                let weight = weight * (view.seen.coat * view.seen.sheen / view.shares.window);
+                let weight = self.straight() * (view.seen.coat * view.seen.sheen / view.shares.window);
                 // The same coat and sheen are passed whichever way one looks.
                 return Some(BsdfSample { wi: -wo, weight, pdf: None, eta: 1.0 });
             }
@@ -506,11 +538,16 @@ impl Gltf {
             return Some(None);
         }
         if rest < shares.coat {
-            if rest >= shares.coat * self.means.coat_once {
-                return Some(Some(Spread::new(self.layers.coat_alpha).sample(u)));
-            }
-            let m = Self::facets(self.layers.coat_alpha).sample_visible(wo, u);
-            return upwards(2.0 * wo.dot(m) * m - wo);
+            let coat = Frame::from_normal(view.coat);
+            let wo = in_frame_of(view.coat, wo);
+            let wi = if rest < shares.coat * self.means.coat_once {
+                let m = Self::facets(self.layers.coat_alpha).sample_visible(wo, u);
+                2.0 * wo.dot(m) * m - wo
+            } else {
+                Spread::new(self.layers.coat_alpha).sample(u)
+            };
+            let above = wi.z > 0.0;
+            return upwards(if view.coat == Vec3::Z { wi } else { coat.to_world(wi) }).filter(|_| above);
         }
         let lobe = (rest - shares.coat) / shares.facets;
         let m = Self::facets(self.layers.alpha).sample_visible(wo, u);
@@ -529,6 +566,12 @@ impl Gltf {
         }
         Some(upwards(2.0 * cos * m - wo)?.map(|wi| wi * MIRROR))
     }
+}
+
+/// `w` where `normal` is z.
+#[inline]
+fn in_frame_of(normal: Vec3, w: Vec3) -> Vec3 {
+    if normal == Vec3::Z { w } else { Frame::from_normal(normal).to_local(w) }
 }
 
 /// A reflected direction if it is above.

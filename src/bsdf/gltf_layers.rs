@@ -79,7 +79,9 @@ impl Means {
         let returned = tables.mean_returned(layers.alpha);
         let lost = max(1.0 - returned.all, 0.0);
         let [r0, r1] = layers.fresnel;
-        let dielectric = several(Rgb::splat(max(r0 + r1 * tables.smooth, 0.0)), returned.all);
+        // Of a window nothing is reflected, rounding errors included.
+        let reflected = if gltf.is_window() { 0.0 } else { max(r0 + r1 * tables.smooth, 0.0) };
+        let dielectric = several(Rgb::splat(reflected), returned.all);
         let below = 1.0 - (r0 * returned.all + r1 * returned.part + lost * dielectric.0.x);
         let mut means = Self {
             lost,
@@ -101,19 +103,15 @@ impl Means {
         means
     }
 
-    /// What is refracted: with what is lost outside and inside, M̄₁ and M̄₂, and the mean transmittances T̄₁ = η²·T̄₂ of the
-    /// smooth interface, the part T̄·min(1, M̄ there / M̄ here) crosses, which makes both ways the same.
+    /// What is refracted.
     fn cross(&mut self, gltf: &Gltf, layers: &Layers) {
         let tables = gltf.tables;
-        let lost = [true, false].map(|outside| tables.mean_lost(outside, layers.alpha).of(layers.fresnel));
+        let [outside, inside] = [true, false].map(|outside| tables.mean_lost(outside, layers.alpha).of(layers.fresnel));
         let [r0, r1] = layers.fresnel;
         let through = 1.0 - max(r0 + r1 * tables.smooth, 0.0);
-        let through = [through, through / sqr(gltf.is.ior)];
-        self.crossing = lost;
-        for side in [0, 1] {
-            let [here, there] = [lost[side], lost[1 - side]];
-            self.crosses[side] = through[side] * if here > there { there / here } else { 1.0 };
-        }
+        self.crossing = [outside, inside];
+        self.crosses =
+            [tables.crosses(true, [outside, inside], through), tables.crosses(false, [inside, outside], through)];
     }
 
     fn coat(&mut self, layers: &Layers) {
@@ -195,8 +193,8 @@ impl Means {
 }
 
 impl Seen {
-    /// Under the cosine `cos` from `outside` or inside.
-    pub(super) fn new(gltf: &Gltf, layers: &Layers, means: &Means, outside: bool, cos: f32) -> Self {
+    /// Under the cosines `cos` to the normal and `coat_cos` to that of the coat, from `outside` or inside.
+    pub(super) fn new(gltf: &Gltf, layers: &Layers, means: &Means, outside: bool, [cos, coat_cos]: [f32; 2]) -> Self {
         let is = &gltf.is;
         let mut seen = Self {
             coat: 1.0,
@@ -228,7 +226,7 @@ impl Seen {
             seen.sheen = max(1.0 - is.sheen_color.max_component() * seen.sheen_albedo, 0.0);
         }
         if is.clearcoat > 0.0 {
-            let returned = COAT.returned(layers.coat_alpha, cos);
+            let returned = COAT.returned(layers.coat_alpha, coat_cos);
             seen.coat_lost = 1.0 - returned.all;
             let normal = Contrast::new(Layers::COAT_IOR).normal;
             let albedo = normal * returned.all + (1.0 - normal) * returned.part + seen.coat_lost * means.coat_several;

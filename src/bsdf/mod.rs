@@ -52,7 +52,6 @@ use std::f32::consts::PI;
 
 /// A bsdf: a closed set, each in its own file with the same methods.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "where a texture varies it, it is copied at every vertex: no allocation")]
 pub enum Bsdf {
     /// Lambertian reflection.
     Diffuse(Diffuse),
@@ -165,6 +164,18 @@ impl Bsdf {
     #[inline(never)]
     fn sample_apart(&self, &wo: &Vec3, &u: &BsdfUniforms) -> Option<BsdfSample> {
         each!(self, b => b.sample(wo, u))
+    }
+
+    /// The same with what its microfacets scatter several times, which must be isotropic and of roughness α up to 1. Changes
+    /// only rough metal, rough dielectrics and rough plastic.
+    #[must_use]
+    pub fn with_multiple_scattering(self) -> Self {
+        match self {
+            Self::RoughConductor(b) => Self::RoughConductor(b.with_multiple_scattering()),
+            Self::RoughDielectric(b) => Self::RoughDielectric(b.with_multiple_scattering()),
+            Self::RoughPlastic(b) => Self::RoughPlastic(b.with_multiple_scattering()),
+            other => other,
+        }
     }
 
     /// Diffuse reflectance as Mitsuba has it: what a diffuse surface that looked like this one along the normal, seen from

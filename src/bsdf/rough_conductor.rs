@@ -1,13 +1,18 @@
 //! Rough metal: microfacets that are perfect mirrors of complex index (Walter et al. 2007; Torrance and Sparrow 1967):
-//! f = F·D·G / (4·cos θo·cos θi).
+//! f = F·D·G / (4·cos θo·cos θi). On demand also what they scatter several times ([`super::energy`]).
 
+use super::energy::{self, Mirrors, Spread};
 use super::microfacet::Microfacets;
 use super::parameter::{Parameter, not_negative, scalar};
 use super::{BsdfSample, Lobes, NOTHING, fresnel};
+use crate::math::float::{max, min};
+use crate::math::quadrature::gauss_legendre;
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
+use crate::sampling::warp;
 use crate::spectrum::Rgb;
 use glam::Vec3;
+use std::sync::LazyLock;
 
 /// Rough metal, black from behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,12 +21,39 @@ pub struct RoughConductor {
     eta: Rgb,
     k: Rgb,
     reflectance: Rgb,
+    /// What is scattered several times, if that counts.
+    several: Option<Several>,
+}
+
+/// What metal scatters several times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Several {
+    /// The mean over the hemisphere of the reflectance of smooth metal.
+    mean: Rgb,
 }
 
 impl RoughConductor {
     /// From microfacets, the complex index η − ik relative to the outside, and a factor on the reflection.
     pub fn new(facets: Microfacets, eta: Rgb, k: Rgb, reflectance: Rgb) -> Self {
-        Self { facets, eta, k, reflectance }
+        Self { facets, eta, k, reflectance, several: None }
+    }
+
+    /// The same with what is scattered several times.
+    pub(super) fn with_multiple_scattering(mut self) -> Self {
+        self.several = Some(self.mean());
+        self
+    }
+
+    /// The mean reflectance of smooth metal: 2·∫F·μ dμ.
+    fn mean(&self) -> Several {
+        /// Nodes: the error is below 10⁻⁴.
+        const NODES: usize = 8;
+        static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(NODES));
+        let mut mean = Rgb::BLACK;
+        for &(mu, weight) in RULE.iter() {
+            mean += fresnel::conductor(mu as f32, self.eta, self.k) * (2.0 * mu * weight) as f32;
+        }
+        Several { mean: (mean * self.reflectance).map(|c| min(c, 1.0)) }
     }
 
     pub(super) fn lobes(&self) -> Lobes {
@@ -37,6 +69,9 @@ impl RoughConductor {
             Parameter::K => self.k = not_negative(value),
             Parameter::SpecularReflectance => self.reflectance = not_negative(value),
             _ => return false,
+        }
+        if self.several.is_some() {
+            self.several = Some(self.mean());
         }
         true
     }
@@ -57,13 +92,47 @@ impl RoughConductor {
         // first: it stays finite where the cosine is tiny.
         let d = 0.25 * self.facets.d(m);
         let value = d * (view.masking / wo.z) * self.facets.g1(wi, m);
-        (self.fresnel(wo, m) * value, SolidAnglePdf(d * (view.visible / wo.z)))
+        let once = (self.fresnel(wo, m) * value, SolidAnglePdf(d * (view.visible / wo.z)));
+        match &self.several {
+            None => once,
+            Some(several) => self.with_several(several, once, wo, wi),
+        }
+    }
+
+    /// Value and density, given those of one scattering.
+    #[inline(never)]
+    fn with_several(
+        &self,
+        several: &Several,
+        (value, pdf): (Rgb, SolidAnglePdf),
+        wo: Vec3,
+        wi: Vec3,
+    ) -> (Rgb, SolidAnglePdf) {
+        let (mirrors, alpha) = (Mirrors::of(self.facets.distribution()), energy::tabulated(&self.facets));
+        let lost = |w: Vec3| 1.0 - mirrors.returned(alpha, min(w.z, 1.0));
+        let mean = mirrors.mean_returned(alpha);
+        let lobe = energy::missing(lost(wo), lost(wi), 1.0 - mean) * warp::square_to_cosine_hemisphere_pdf(wi).0;
+        let often = self.often(several, wo);
+        let pdf = (1.0 - often) * pdf.0 + often * Spread::new(alpha).pdf(wi);
+        (value + energy::several(several.mean, mean) * lobe, SolidAnglePdf(pdf))
+    }
+
+    /// How often it is several scatterings that are sampled.
+    fn often(&self, several: &Several, wo: Vec3) -> f32 {
+        let (mirrors, alpha) = (Mirrors::of(self.facets.distribution()), energy::tabulated(&self.facets));
+        let returned = mirrors.returned(alpha, min(wo.z, 1.0));
+        let often = energy::several(several.mean, mirrors.mean_returned(alpha)).mean() * (1.0 - returned);
+        // 0/0 is none.
+        max(often / (often + returned * several.mean.mean()), 0.0)
     }
 
     #[inline(never)]
     pub(super) fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
         if !(wo.z > 0.0) {
             return None;
+        }
+        if let Some(several) = &self.several {
+            return self.sample_several(several, wo, u);
         }
         let m = self.facets.sample_visible(wo, u.direction());
         let wi = (2.0 * wo.dot(m) * m - wo).normalize();
@@ -75,5 +144,18 @@ impl RoughConductor {
         let pdf = self.facets.visible_pdf(wo, view, m) / (4.0 * wo.dot(m));
         // A microfacet seen edge-on has density zero, and nothing to say.
         (pdf > 0.0).then_some(BsdfSample { wi, weight, pdf: Some(SolidAnglePdf(pdf)), eta: 1.0 })
+    }
+
+    /// A direction by one scattering or by several.
+    #[inline(never)]
+    fn sample_several(&self, several: &Several, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        let wi = if u.lobe() < self.often(several, wo) {
+            Spread::new(energy::tabulated(&self.facets)).sample(u.direction())
+        } else {
+            let m = self.facets.sample_visible(wo, u.direction());
+            (2.0 * wo.dot(m) * m - wo).normalize()
+        };
+        let (value, pdf) = self.eval_pdf(wo, wi);
+        (pdf.0 > 0.0).then(|| BsdfSample { wi, weight: value / pdf.0, pdf: Some(pdf), eta: 1.0 })
     }
 }

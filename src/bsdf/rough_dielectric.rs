@@ -7,12 +7,14 @@
 //!
 //! reflection  f·|cos θi| = R·F·D·G / (4·|cos θo|), refraction  f·|cos θi| = T·(1−F)·D·G·|wo·m|·|wi·m| / (|cos θo|·|h|²).
 
+use super::energy::{self, Interface, Spread};
 use super::microfacet::{Microfacets, View};
 use super::parameter::{Parameter, not_negative, scalar};
 use super::{Bsdf, BsdfSample, Dielectric, Lobes, NOTHING, fresnel};
-use crate::math::float::{max, min, sqr};
+use crate::math::float::{ONE_MINUS_EPSILON, max, min, sqr};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
+use crate::sampling::warp;
 use crate::spectrum::Rgb;
 use glam::Vec3;
 
@@ -23,6 +25,17 @@ pub struct RoughDielectric {
     eta: f32,
     reflectance: Rgb,
     transmittance: Rgb,
+    /// The tables of what is scattered several times, if that counts.
+    several: Option<&'static Interface>,
+}
+
+/// What facets scatter several times, seen from a side.
+struct Several {
+    /// What one scattering loses, and its mean over all directions on this side and on the other.
+    lost: f32,
+    means: [f32; 2],
+    /// The part of it that crosses.
+    crosses: f32,
 }
 
 /// One way through the interface.
@@ -55,7 +68,16 @@ impl RoughDielectric {
         if (eta - 1.0).abs() * min(facets.smallest_alpha(), 1.0) < Self::NARROWEST_LOBE {
             return Bsdf::Dielectric(Dielectric::new(eta, reflectance, transmittance));
         }
-        Bsdf::RoughDielectric(Self { facets, eta, reflectance, transmittance })
+        Bsdf::RoughDielectric(Self { facets, eta, reflectance, transmittance, several: None })
+    }
+
+    /// The same with what is scattered several times.
+    pub(super) fn with_multiple_scattering(mut self) -> Self {
+        let tables = Interface::of(self.facets.distribution(), self.eta);
+        self.several = Some(tables);
+        // Makes the tables of both sides.
+        self.scattered_often(tables, Vec3::Z);
+        self
     }
 
     pub(super) fn lobes(&self) -> Lobes {
@@ -87,8 +109,45 @@ impl RoughDielectric {
         if w.z > 0.0 { self.eta } else { 1.0 / self.eta }
     }
 
+    /// What is scattered several times, seen from `wo`.
+    fn scattered_often(&self, tables: &Interface, wo: Vec3) -> Several {
+        let (outside, alpha) = (wo.z > 0.0, energy::tabulated(&self.facets));
+        let lost = tables.lost(outside, alpha, min(wo.z.abs(), 1.0)).bare(self.eta);
+        let means = [outside, !outside].map(|side| tables.mean_lost(side, alpha).bare(self.eta));
+        Several { lost, means, crosses: tables.crosses(outside, means, tables.through()) }
+    }
+
+    /// Value and density of what is scattered several times.
+    #[inline(never)]
+    fn eval_often(&self, tables: &Interface, several: &Several, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        let reflects = (wo.z > 0.0) == (wi.z > 0.0);
+        let alpha = energy::tabulated(&self.facets);
+        let lost = tables.lost(wi.z > 0.0, alpha, min(wi.z.abs(), 1.0)).bare(self.eta);
+        let above = Vec3::new(wi.x, wi.y, wi.z.abs());
+        let (factor, part, mean) = if reflects {
+            (self.reflectance, 1.0 - several.crosses, several.means[0])
+        } else {
+            (self.transmittance * (1.0 / sqr(self.eta_seen_from(wo))), several.crosses, several.means[1])
+        };
+        let cosine = warp::square_to_cosine_hemisphere_pdf(above).0;
+        (factor * (part * energy::missing(several.lost, lost, mean) * cosine), part * Spread::new(alpha).pdf(above))
+    }
+
     #[inline(never)]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        if wo.z == 0.0 || wi.z == 0.0 {
+            return NOTHING;
+        }
+        let Some(tables) = self.several else { return self.eval_pdf_once(wo, wi) };
+        let several = self.scattered_often(tables, wo);
+        let ((value, pdf), (more, density)) = (self.eval_pdf_once(wo, wi), self.eval_often(tables, &several, wo, wi));
+        let often = several.lost;
+        (value + more, SolidAnglePdf((1.0 - often) * pdf.0 + often * density))
+    }
+
+    /// Value and density of one scattering.
+    #[inline(always)]
+    fn eval_pdf_once(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
         if wo.z == 0.0 || wi.z == 0.0 {
             return NOTHING;
         }
@@ -121,6 +180,34 @@ impl RoughDielectric {
         if wo.z == 0.0 {
             return None;
         }
+        match self.several {
+            None => self.sample_once(wo, u),
+            Some(tables) => self.sample_several(tables, wo, u),
+        }
+    }
+
+    /// A direction by one scattering or by several.
+    #[inline(never)]
+    fn sample_several(&self, tables: &Interface, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        let several = self.scattered_often(tables, wo);
+        let rest = u.lobe() - several.lost;
+        let (wi, eta) = if rest < 0.0 {
+            let through = u.lobe() < several.lost * several.crosses;
+            let side = if through { -wo.z } else { wo.z };
+            let wi = Spread::new(energy::tabulated(&self.facets)).sample(u.direction());
+            let eta = if through { self.eta_seen_from(wo) } else { 1.0 };
+            (Vec3::new(wi.x, wi.y, wi.z.copysign(side)), eta)
+        } else {
+            let once = self.sample_once(wo, u.with_lobe(min(rest / (1.0 - several.lost), ONE_MINUS_EPSILON)))?;
+            (once.wi, once.eta)
+        };
+        let (value, pdf) = self.eval_pdf(wo, wi);
+        (pdf.0 > 0.0).then(|| BsdfSample { wi, weight: value / pdf.0, pdf: Some(pdf), eta })
+    }
+
+    /// A direction by one scattering.
+    #[inline(always)]
+    fn sample_once(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
         // Seen from below everything is mirrored, and the distribution is its own mirror image.
         let side = 1.0f32.copysign(wo.z);
         let mirror = Vec3::new(1.0, 1.0, side);

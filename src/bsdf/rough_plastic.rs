@@ -7,7 +7,12 @@
 //! linearly, and R is the plain mean of 2·r(μ)·μ over the same cosines, which are both ends and 62 between. That is no
 //! quadrature: it gives the end μ = 1 its full weight and so is 1.5 % below the integral. The plastic's albedo is lower than
 //! it should be by up to 3 %, the more the brighter.
+//!
+//! On demand also what the coat scatters several times ([`super::energy`]). Then T is what the coat does not reflect, and
+//! R = 1 − T̄/η², so that white plastic returns everything. Under a rough coat of less index than its surroundings that may be
+//! below zero: what such a coat reflects inside is guessed from outside.
 
+use super::energy::{self, Interface, Spread};
 use super::microfacet::Microfacets;
 use super::parameter::{Parameter, not_negative};
 use super::plastic::{Base, coat_probability};
@@ -32,6 +37,41 @@ pub struct RoughPlastic {
     reflectance: Rgb,
     /// The coat's transmittance from outside, by cosine.
     transmittance: [f32; ANGLES],
+    /// What the coat scatters several times, if that counts.
+    several: Option<Several>,
+}
+
+/// What the coat scatters several times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Several {
+    tables: &'static Interface,
+    alpha: f32,
+    /// The reflectance at normal incidence.
+    normal: f32,
+    /// What one scattering loses over the hemisphere, and which part of it comes back.
+    mean_lost: f32,
+    back: f32,
+}
+
+impl Several {
+    /// What the coat scatters once and several times, seen under the cosine `cos`.
+    fn albedos(&self, cos: f32) -> [f32; 2] {
+        let returned = self.tables.returned(self.alpha, min(cos, 1.0));
+        [self.normal * returned.all + (1.0 - self.normal) * returned.part, self.back * (1.0 - returned.all)]
+    }
+
+    /// How often it is several scatterings that are sampled where it is the coat.
+    fn often(&self, cos: f32) -> f32 {
+        let [once, often] = self.albedos(cos);
+        often / (once + often)
+    }
+
+    /// Value and density of several scatterings.
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
+        let lost = |w: Vec3| 1.0 - self.tables.returned(self.alpha, min(w.z, 1.0)).all;
+        let lobe = energy::missing(lost(wo), lost(wi), self.mean_lost);
+        (self.back * lobe * warp::square_to_cosine_hemisphere_pdf(wi).0, Spread::new(self.alpha).pdf(wi))
+    }
 }
 
 impl RoughPlastic {
@@ -55,7 +95,26 @@ impl RoughPlastic {
         }
         let inside = (2.0 * inside / ANGLES as f64) as f32;
         let base = Base { reflectance: diffuse_reflectance, inside, nonlinear };
-        Self { facets, eta, base, reflectance: specular_reflectance, transmittance }
+        Self { facets, eta, base, reflectance: specular_reflectance, transmittance, several: None }
+    }
+
+    /// The same with what is scattered several times.
+    pub(super) fn with_multiple_scattering(mut self) -> Self {
+        let (tables, alpha) = (Interface::of(self.facets.distribution(), self.eta), energy::tabulated(&self.facets));
+        let returned = tables.mean_returned(alpha).all;
+        let several = Several {
+            tables,
+            alpha,
+            normal: fresnel::Contrast::new(self.eta).normal,
+            mean_lost: 1.0 - returned,
+            back: energy::several(Rgb::splat(1.0 - tables.through()), returned).0.x,
+        };
+        let returned = tables.mean_returned(alpha);
+        let reflected = several.normal * returned.all + (1.0 - several.normal) * returned.part;
+        let mean = 1.0 - reflected - several.back * several.mean_lost;
+        self.base.inside = 1.0 - mean / sqr(self.eta);
+        self.several = Some(several);
+        self
     }
 
     pub(super) fn lobes(&self) -> Lobes {
@@ -75,6 +134,10 @@ impl RoughPlastic {
     /// The coat's transmittance for light from outside under the cosine `cos`.
     #[inline]
     fn through(&self, cos: f32) -> f32 {
+        if let Some(several) = &self.several {
+            let [once, often] = several.albedos(cos);
+            return max(1.0 - once - often, 0.0);
+        }
         let x = min(cos, 1.0) * (ANGLES - 1) as f32;
         let i = (x as usize).min(ANGLES - 2);
         let t = x - i as f32;
@@ -102,8 +165,14 @@ impl RoughPlastic {
         let d = 0.25 * self.facets.d(m);
         let value = d * (view.masking / wo.z) * self.facets.g1(wi, m);
         let reflectance = fresnel::dielectric(min(wo.dot(m), 1.0), self.eta).reflectance;
-        let pdf = coat * (d * (view.visible / wo.z)) + (1.0 - coat) * cosine.0;
-        (diffuse + self.reflectance * (reflectance * value), SolidAnglePdf(pdf))
+        let (mut value, mut density) = (reflectance * value, d * (view.visible / wo.z));
+        if let Some(several) = &self.several {
+            let (often, (more, spread)) = (several.often(wo.z), several.eval_pdf(wo, wi));
+            value += more;
+            density = (1.0 - often) * density + often * spread;
+        }
+        let pdf = coat * density + (1.0 - coat) * cosine.0;
+        (diffuse + self.reflectance * value, SolidAnglePdf(pdf))
     }
 
     #[inline(never)]
@@ -111,7 +180,12 @@ impl RoughPlastic {
         if !(wo.z > 0.0) {
             return None;
         }
-        let wi = if u.lobe() < self.coat_probability(self.through(wo.z))? {
+        let coat = self.coat_probability(self.through(wo.z))?;
+        let wi = if let Some(several) = &self.several
+            && u.lobe() < coat * several.often(wo.z)
+        {
+            Spread::new(several.alpha).sample(u.direction())
+        } else if u.lobe() < coat {
             let m = self.facets.sample_visible(wo, u.direction());
             (2.0 * wo.dot(m) * m - wo).normalize()
         } else {

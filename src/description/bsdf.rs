@@ -415,6 +415,9 @@ pub struct Microfacets {
     pub alpha_u: f64,
     /// Roughness across it.
     pub alpha_v: f64,
+    /// Whether light counts that facets scatter several times, which Mitsuba leaves out; then both roughnesses are equal and
+    /// at most 1.
+    pub multiple_scattering: bool,
 }
 
 /// The shapes of a distribution of microfacets.

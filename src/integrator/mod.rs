@@ -13,6 +13,7 @@
 //!
 //! An integrator knows no threads and no files, and cannot fail.
 
+mod absorption;
 pub mod aov;
 mod bsdf;
 mod naive;

@@ -22,6 +22,9 @@ pub(super) enum Segment {
     },
 }
 
+/// No index: the path is outside of everything that absorbs.
+pub(super) const NOTHING_INSIDE: u32 = u32::MAX;
+
 /// One path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathState {
@@ -37,6 +40,8 @@ pub(super) struct PathState {
     pub(super) radiance: Rgb,
     /// Product of η² over the refractions so far: what radiance, and so the throughput, was divided by.
     pub(super) eta_squared: f32,
+    /// What absorbs along the current segment: an index into [`crate::scene::Scene::absorption`], or [`NOTHING_INSIDE`].
+    pub(super) inside: u32,
     /// Vertices so far; the first hit makes it 1.
     pub(super) depth: u32,
     /// Which sample.

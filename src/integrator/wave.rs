@@ -11,7 +11,7 @@
 
 use super::Integrator;
 use super::aov::Sink;
-use super::path_state::{PathState, Segment};
+use super::path_state::{NOTHING_INSIDE, PathState, Segment};
 use super::record::{Event, Record};
 use super::technique::Technique;
 use crate::accel::{Hit, Start};
@@ -159,6 +159,7 @@ impl Walker<'_> {
             throughput: Rgb::WHITE,
             radiance: Rgb::BLACK,
             eta_squared: 1.0,
+            inside: NOTHING_INSIDE,
             depth: 0,
             id,
             stream: self.sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index),
@@ -243,6 +244,9 @@ impl Walker<'_> {
         path.depth += 1;
         record.event(Event::Traced { vertex: path.depth, ray: path.ray, hit });
         if !hit.is_some() {
+            if self.scene.absorbs() {
+                self.absorb_for_ever(path);
+            }
             self.find_sky::<T>(path, record);
             return end(path, "nothing is met", record);
         }
@@ -252,6 +256,9 @@ impl Walker<'_> {
             return end(path, "the depth limit", record);
         }
         let surface = self.scene.surface(&path.ray, hit, &mut wave.layers);
+        if self.scene.absorbs() {
+            self.absorb(path, &surface, hit);
+        }
         // Light that the path ran into, weighted against sampling it.
         self.find_light::<T>(path, &surface, record);
         if last {
@@ -265,6 +272,8 @@ impl Walker<'_> {
             && let Some((ray, on, radiance)) =
                 self.sample_light::<T>(path, &surface, wo, wave.light_numbers.light(index), record)
         {
+            let radiance =
+                if self.scene.absorbs() { self.absorb_shadow(path, &surface, hit, &ray, radiance) } else { radiance };
             wave.shadow_rays.push(ray);
             wave.shadow_ends.push([hit, on]);
             wave.pending.push(Pending { path: id, radiance });
@@ -288,6 +297,9 @@ impl Walker<'_> {
         };
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));
         path.from = hit;
+        if self.scene.absorbs() {
+            path.inside = self.inside_towards(path, &surface, hit, &{ path.ray.d });
+        }
         self.roulette(path, &uniforms, record);
     }
 

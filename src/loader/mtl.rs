@@ -79,7 +79,8 @@ fn kind(m: &tobj::Material, diffuse: Rgb, specular: Rgb) -> BsdfKind {
 
 /// Metal that reflects everything but for its colour.
 fn rough_metal(alpha: f64, specular_reflectance: Rgb) -> BsdfKind {
-    let facets = Microfacets { distribution: MicrofacetDistribution::Beckmann, alpha_u: alpha, alpha_v: alpha };
+    let distribution = MicrofacetDistribution::Beckmann;
+    let facets = Microfacets { distribution, alpha_u: alpha, alpha_v: alpha, multiple_scattering: false };
     BsdfKind::RoughConductor { facets, eta: Rgb::BLACK, k: Rgb::WHITE, specular_reflectance }
 }
 

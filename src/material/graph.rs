@@ -174,6 +174,10 @@ impl Resolver<'_> {
                     };
                     bsdf.set(parameter, value);
                 }
+                if let (Bsdf::Gltf(gltf), Some(perturbation)) = (&mut bsdf, &perturbation) {
+                    // The coat follows the surface, not the base's normal.
+                    gltf.set_coat_normal(perturbation.frame.to_local(Vec3::Z * perturbation.base));
+                }
                 self.layers.push(Layer { weight, bsdf, perturbation });
             }
             &Node::TwoSided { front, back } => match own(perturbation.as_ref(), self.place.wo).z < 0.0 {

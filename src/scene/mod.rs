@@ -27,6 +27,7 @@ use crate::shape::offset::SurfacePoint;
 use crate::shape::surface::ShapePoint;
 use crate::shape::tangent::TangentField;
 use crate::shape::uv::{UvField, UvPoint};
+use crate::spectrum::Rgb;
 use crate::texture::{MeshPoint, MeshValues, TexturePoint, Textures};
 use glam::{DVec3, Vec2, Vec3};
 use std::sync::Arc;
@@ -80,6 +81,9 @@ pub struct Scene {
     pub appearances: Vec<Appearance>,
     /// Every surface description in use.
     pub materials: Vec<Material>,
+    /// What is inside of surfaces of each material: the absorption coefficient, per the compiled scene's unit of length; `None`
+    /// for materials without an inside. Empty if nothing absorbs.
+    pub absorption: Vec<Option<Rgb>>,
     /// Every texture in use.
     pub textures: Textures,
     /// Tangents of every shape whose material depends on them.
@@ -176,6 +180,12 @@ impl Scene {
         let field = self.appearances[hit.shape as usize].uvs.map(|uvs| &self.uvs[uvs as usize]);
         let at = |field: &UvField| field.at(shape, hit.primitive, shape.meet(ray, hit.primitive).point.p).uv;
         field.map_or(Vec2::ZERO, at)
+    }
+
+    /// Whether something absorbs light inside of it.
+    #[inline(always)]
+    pub fn absorbs(&self) -> bool {
+        !self.absorption.is_empty()
     }
 
     /// The largest radiance of any light ([`Light::brightest`]).

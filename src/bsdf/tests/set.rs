@@ -46,6 +46,10 @@ fn all() -> Vec<(Bsdf, Vec<P>)> {
             [&disney[..], &[P::Metallic, P::Clearcoat, P::ClearcoatGloss]].concat(),
         ),
         (Bsdf::PrincipledThin(PrincipledThin::default()), [&disney[..], &[P::DiffTrans]].concat()),
+        (rough_metal(0.3, GREY, GREY, GREY).with_multiple_scattering(), [&alphas[..], &metal].concat()),
+        (rough_glass(0.3, GREY, GREY).with_multiple_scattering(), [&alphas[..], &glass].concat()),
+        (super::gltf::every_number_different(false), super::gltf::PARAMETERS.into()),
+        (super::gltf::every_number_different(true), super::gltf::PARAMETERS.into()),
         (Bsdf::Null(Null), vec![]),
     ]
 }
@@ -65,6 +69,15 @@ fn a_parameter_that_is_set_is_as_good_as_given() {
     let plastic = |diffuse, specular| Bsdf::Plastic(Plastic::new(1.5, diffuse, specular, false));
     is(plastic(GREY, GREY), P::DiffuseReflectance, GREEN, plastic(GREEN, GREY));
     is(plastic(GREY, GREY), P::SpecularReflectance, GREEN, plastic(GREY, GREEN));
+    let gltf = |roughness, specular_color| {
+        let is =
+            GltfParameters { roughness, specular_color, metallic: 0.5, clearcoat: 0.5, ..GltfParameters::default() };
+        Bsdf::Gltf(Gltf::new(is))
+    };
+    is(gltf(0.1, GREY), P::Roughness, third, gltf(0.3, GREY));
+    is(gltf(0.1, GREY), P::SpecularColor, GREEN, gltf(0.1, GREEN));
+    let several = |eta| rough_metal(0.3, eta, GREY, GREY).with_multiple_scattering();
+    is(several(GREY), P::Eta, GREEN, several(GREEN));
     let principled = |base_color, metallic| {
         let disney = Disney { base_color, ..Disney::default() };
         Bsdf::Principled(Principled { disney, metallic, ..Principled::default() })

@@ -57,6 +57,7 @@ pub(super) fn table() -> &'static [Row] {
         rows.extend(principled());
         rows.extend(thin());
         rows.extend(super::gltf::rows());
+        rows.extend(super::gltf::compensated_rows());
         rows
     });
     &TABLE

@@ -91,7 +91,21 @@ fn microfacets(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Microfacets> {
         (None, Some(_), None) => return Err(p.error("alpha_u", "'alpha_u' needs 'alpha_v'")),
         (None, None, Some(_)) => return Err(p.error("alpha_v", "'alpha_v' needs 'alpha_u'")),
     };
-    Ok(Microfacets { distribution, alpha_u, alpha_v })
+    let multiple_scattering = multiple_scattering(p, alpha_u)?;
+    Ok(Microfacets { distribution, alpha_u, alpha_v, multiple_scattering })
+}
+
+/// Whether light counts that facets scatter several times: not one of Mitsuba's parameters.
+fn multiple_scattering(p: &Params<'_>, alpha: f64) -> Result<bool> {
+    const NAME: &str = "multiple_scattering";
+    let asked = p.boolean(NAME, false)?;
+    if asked && p.find("alpha_u").is_some() {
+        return Err(p.error(NAME, "'multiple_scattering' needs 'alpha' instead of 'alpha_u' and 'alpha_v'"));
+    }
+    if asked && alpha > 1.0 {
+        return Err(p.error("alpha", format!("'multiple_scattering' needs an 'alpha' of at most 1, not {alpha}")));
+    }
+    Ok(asked)
 }
 
 fn roughness(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<Option<f64>> {

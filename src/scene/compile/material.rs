@@ -7,12 +7,16 @@ use crate::bsdf::{
 use crate::description::{self, BsdfId, BsdfKind, MicrofacetDistribution, SceneDescription, Varying};
 use crate::error::{Error, Result, Span};
 use crate::material::{Graph, Material, Node, NormalSource, Number, Sides, Terminator};
+use crate::math::float::saturate_to_f32;
+use crate::spectrum::Rgb;
 use std::collections::HashMap;
 
 /// The materials compiled so far.
 #[derive(Default)]
 pub(super) struct Materials {
     pub(super) all: Vec<Material>,
+    /// See [`crate::scene::Scene::absorption`].
+    insides: Vec<Option<Rgb>>,
     indices: HashMap<BsdfId, u32>,
 }
 
@@ -32,9 +36,31 @@ impl Materials {
         };
         let index = self.all.len() as u32;
         self.all.push(material);
+        self.insides.push(inside(description, id).map(|volume| absorption(volume, unit)));
         self.indices.insert(id, index);
         Ok(index)
     }
+
+    /// What is inside of surfaces of each material; nothing if nothing absorbs.
+    pub(super) fn absorption(&mut self) -> Vec<Option<Rgb>> {
+        let absorbs = self.insides.iter().flatten().any(|absorption| !absorption.is_black());
+        if absorbs { std::mem::take(&mut self.insides) } else { Vec::new() }
+    }
+}
+
+/// What is inside of a surface with this bsdf; nothing if no light gets there.
+fn inside(description: &SceneDescription, id: BsdfId) -> Option<description::Volume> {
+    let bsdf = &description.bsdfs[id.0];
+    match bsdf.kind {
+        BsdfKind::Gltf(gltf) if gltf.transmission > 0.0 => gltf.volume,
+        _ => bsdf.parts().into_iter().find_map(|part| inside(description, part)),
+    }
+}
+
+/// The absorption coefficient per unit of length of the compiled scene, which has `unit` of them for one of the file's.
+fn absorption(volume: description::Volume, unit: f64) -> Rgb {
+    let distance = volume.attenuation_distance * unit;
+    volume.attenuation_color.map(|left| saturate_to_f32((-libm::log(f64::from(left)) / distance).max(0.0)))
 }
 
 /// An error unless bsdfs refer to bsdfs and textures that are there, and none to itself, be it through others.
@@ -169,6 +195,18 @@ fn number(v: Varying) -> Number {
 
 /// A bsdf that is no combination of others; `None` for those that are.
 fn leaf(kind: &BsdfKind) -> Option<Bsdf> {
+    let bsdf = scattering_once(kind)?;
+    let several = match kind {
+        BsdfKind::RoughConductor { facets, .. }
+        | BsdfKind::RoughDielectric { facets, .. }
+        | BsdfKind::RoughPlastic { facets, .. } => facets.multiple_scattering,
+        _ => false,
+    };
+    Some(if several { bsdf.with_multiple_scattering() } else { bsdf })
+}
+
+/// The same, without what microfacets scatter several times.
+fn scattering_once(kind: &BsdfKind) -> Option<Bsdf> {
     Some(match *kind {
         BsdfKind::Diffuse { reflectance } => Bsdf::Diffuse(Diffuse { reflectance }),
         BsdfKind::Conductor { eta, k, specular_reflectance } => {

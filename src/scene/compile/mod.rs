@@ -64,7 +64,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let bounds = geometry::bounds(description);
     let to_scene = ToScene::fitting(&bounds);
     let compiled = geometry::shapes(description, &to_scene, &mut warnings)?;
-    let look = look::compile(description, &compiled, &Place { bounds, to_scene }, &mut warnings)?;
+    let mut look = look::compile(description, &compiled, &Place { bounds, to_scene }, &mut warnings)?;
     let shapes = compiled.shapes;
     let start = Instant::now();
     let accel = Accel::build(options.accelerator, &shapes, options.threads)?;
@@ -84,6 +84,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         film,
         shapes,
         appearances: look.appearances,
+        absorption: look.materials.absorption(),
         materials: look.materials.all,
         textures: textures::compile(description),
         tangents: look.tangents,
