@@ -81,7 +81,7 @@ pub struct Scene {
     /// Every surface description in use.
     pub materials: Vec<Material>,
     /// Every texture in use.
-    pub textures: Textures,
+    pub textures: Arc<Textures>,
     /// Tangents of every shape whose material depends on them.
     pub tangents: Vec<TangentField>,
     /// Texture coordinates of every shape whose material is textured.
