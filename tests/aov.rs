@@ -88,6 +88,7 @@ fn alone(camera: Camera, shapes: Vec<Shape>) -> SceneDescription {
         shapes,
         lights: vec![Light { at: at(), kind: LightKind::Constant { radiance: snell::spectrum::Rgb::splat(0.5) } }],
         warnings: vec![],
+        inventory: Default::default(),
     }
 }
 

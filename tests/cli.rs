@@ -36,11 +36,46 @@ fn the_default_output_is_named_after_the_scene() {
 }
 
 #[test]
+fn info_lists_textures_and_what_is_not_used() {
+    let desk = Desk::new();
+    image::RgbImage::new(4, 3).save(desk.path("p.png")).unwrap();
+    let bitmap = |name: &str, file: &str| {
+        format!(r#"<texture {name} type="bitmap"><string name="filename" value="{file}"/></texture>"#)
+    };
+    let shape = |texture: &str| format!(r#"<shape type="rectangle"><bsdf type="diffuse">{texture}</bsdf></shape>"#);
+    let text = scene_text(&format!(
+        r#"{}{}<bsdf type="plastic" id="spare"><rgb name="diffuse_reflectance" value="0.1"/></bsdf>{}"#,
+        shape(&bitmap(r#"name="reflectance""#, "p.png")),
+        shape(r#"<texture name="reflectance" type="checkerboard"/>"#),
+        bitmap(r#"id="unread""#, "there-is-no-such-file.png"),
+    ));
+    fs::write(desk.path("s.xml"), text).unwrap();
+    let text = String::from_utf8(desk.succeeds(&["info", "s.xml"]).stdout).unwrap();
+    for part in [
+        "plugins      bsdf: 2 diffuse\n",
+        "plugins      shape: 2 rectangle\n",
+        "plugins      texture: 1 bitmap, 1 checkerboard\n",
+        "texture      4x3 8-bit RGB, 0.0 MiB, ",
+        "p.png\n",
+        "texture      1 without a picture\n",
+        "not used     bsdf 'plastic' 'spare' (s.xml:",
+        "not used     texture 'bitmap' 'unread' (s.xml:",
+        "), 'there-is-no-such-file.png' is not read\n",
+    ] {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
+}
+
+#[test]
 fn info_and_replay_print_and_write_nothing() {
     let desk = Desk::new();
     let info = desk.snell(&["info", SCENE, "-Dres=16"]);
     let text = String::from_utf8_lossy(&info.stdout).into_owned();
     assert!(info.status.success() && text.contains("16x16 pixels") && text.contains("triangles"), "{text}");
+    for part in ["plugins      bsdf: ", " diffuse", "memory       ", ": meshes 0.0 MiB, textures 0.0 MiB, accelerator "]
+    {
+        assert!(text.contains(part), "{part} in\n{text}");
+    }
     let replay = desk.snell(&["render", SCENE, "-Dres=16", "--replay", "8,8,3"]);
     let text = String::from_utf8_lossy(&replay.stdout).into_owned();
     assert!(replay.status.success() && text.contains("vertex 1: from (278, 273.0") && text.contains("ends"), "{text}");

@@ -111,12 +111,29 @@ fn powers_of_two_change_no_bit_of_what_other_lights_show() {
 
 /// A sphere above a floor under a map, a spot and parallel light.
 fn lit_from_everywhere() -> SceneDescription {
-    use snell::description::{FieldOfView, FovAxis, LightKind};
+    use snell::description::{Emission, FieldOfView, FovAxis, LightKind, SpotTexture, TextureId};
     use snell::spectrum::Rgb;
     let ball = Geometry::Sphere { centre: DVec3::new(-0.3, 0.2, 0.4), radius: 0.3, frame: DMat3::IDENTITY };
-    let shapes = vec![
+    let mut shapes = vec![
         shape(ball, DAffine3::IDENTITY, 0, None),
         shape(Geometry::Rectangle, DAffine3::from_scale(DVec3::splat(1.5)), 0, None),
+        shape(
+            Geometry::Rectangle,
+            DAffine3::from_scale_rotation_translation(
+                DVec3::splat(0.2),
+                glam::DQuat::from_rotation_y(1.0),
+                DVec3::new(0.5, 0.5, 0.5),
+            ),
+            0,
+            None,
+        ),
+    ];
+    let radiance = Rgb::new(0.5, 1.0, 2.0);
+    shapes[0].emission = Some(Emission { radiance, texture: Some(TextureId(0)), both_sides: false });
+    shapes[2].emission = Some(Emission { radiance, texture: Some(TextureId(1)), both_sides: true });
+    let textures = vec![
+        picture_texture(5, 3, |x, y| Rgb::new(1.0, (x % 2) as f32, (y % 2) as f32)),
+        picture_texture(2, 2, |x, y| Rgb::new(x as f32, y as f32, 1.0)),
     ];
     let to_world = glam::DMat3::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), 1.0);
     let lights = vec![
@@ -132,16 +149,17 @@ fn lit_from_everywhere() -> SceneDescription {
             intensity: Rgb::new(1.0, 2.0, 3.0),
             cutoff_angle: 40.0,
             beam_width: 10.0,
+            texture: Some(SpotTexture { texture: TextureId(1), across: [DVec3::X, DVec3::new(0.0, 1.0, 0.3)] }),
         }),
         light(LightKind::Projector {
-            map: map(5, 3, |x, y| Rgb::new(1.0, (x % 2) as f32, (y % 2) as f32)),
+            texture: TextureId(0),
             scale: 0.5,
             to_world: camera(DVec3::new(-0.5, 0.4, 1.0), DVec3::ZERO, 90.0, 1).to_world,
             fov: FieldOfView { degrees: 70.0, axis: FovAxis::Smaller },
         }),
         light(LightKind::Directional { direction: DVec3::new(0.3, 0.2, -1.0), irradiance: Rgb::new(3.0, 2.0, 1.0) }),
     ];
-    SceneDescription { shapes, lights, ..enclosure(0.5, 0.0) }
+    SceneDescription { shapes, lights, textures, ..enclosure(0.5, 0.0) }
 }
 
 /// A point light has one way to be found: `path` and `nee` show the same bits, the others nothing.

@@ -105,7 +105,10 @@ fn diff_refuses_what_cannot_be_compared() {
         &["only pictures of one size can be compared: a.exr has 8x8 pixels, small.exr 4x8 pixels"],
     );
     desk.refuses(&["diff", "a.exr", "depth.exr"], &["depth.exr", "neither channels R, G, B nor Y, but Z"]);
-    desk.refuses(&["diff", "a.exr", "text.exr"], &["text.exr", "none of OpenEXR, Radiance HDR, PNG, JPEG and BMP"]);
+    desk.refuses(
+        &["diff", "a.exr", "text.exr"],
+        &["text.exr", "none of OpenEXR, Radiance HDR, PNG, JPEG, BMP and TGA"],
+    );
     desk.refuses(&["diff", "a.exr", "short.exr"], &["short.exr", "cannot read the picture"]);
     desk.refuses(&["diff", "none.exr", "a.exr"], &["none.exr: cannot read the picture: "]);
     desk.refuses(&["diff", ".", "a.exr"], &["not a regular file"]);

@@ -407,7 +407,7 @@ fn textures() {
             (|f| f.json["images"][0] = json!({}), "images[0]: it needs either a uri or a bufferView"),
             (
                 |f| f.json["images"][0] = json!({"bufferView": 0}),
-                "images[0]: cannot read the picture: its format is not known",
+                "images[0]: cannot read the picture: it is none of OpenEXR, Radiance HDR, PNG, JPEG, BMP and TGA",
             ),
             (
                 |f| f.json["materials"][0]["normalTexture"]["extensions"] = json!({"KHR_texture_transform": 1}),

@@ -37,6 +37,7 @@ fn scene() -> SceneDescription {
         ],
         lights: vec![],
         warnings: vec![],
+        inventory: Default::default(),
     }
 }
 

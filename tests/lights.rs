@@ -7,8 +7,9 @@ mod common;
 
 use common::*;
 use glam::{DVec3, Vec2, Vec3};
-use snell::accel::Accelerator;
+use snell::accel::{Accelerator, Hit};
 use snell::light::Light;
+use snell::math::ray::Ray;
 
 /// Difference, relative to the brightest channel, of numbers that both compute in f32 from directions with nine digits; an
 /// angle near a spot's cutoff, and places in pictures, magnify their rounding.
@@ -37,4 +38,33 @@ fn lights_bring_what_mitsuba_s_do() {
         dark += u32::from(expected == Vec3::ZERO);
     }
     assert!(counts.iter().all(|c| *c >= 60) && dark > 10, "{counts:?}, {dark}");
+}
+
+/// `tests/data/reference/emission.csv`, made from the same scene file by `emission.py` there.
+#[test]
+fn surfaces_emit_textures_as_mitsuba_s_do() {
+    /// Mitsuba keeps pictures of 8 bits as half floats, which have 11 bits, and decodes sRGB in them.
+    const HALF: f32 = 1.0 / 1024.0;
+    let scene = compiled(&load("tests/data/reference/emission.xml", &[]), Accelerator::Native);
+    let rows = std::fs::read_to_string(project("tests/data/reference/emission.csv")).unwrap();
+    let (mut count, mut dark) = (0, 0);
+    for line in rows.lines().filter(|l| !l.starts_with('#')) {
+        let numbers: Vec<f64> = line.split(',').map(|w| w.parse().unwrap()).collect();
+        let origin = ((DVec3::from_slice(&numbers) - scene.centre) * scene.unit).as_vec3();
+        let direction = DVec3::from_slice(&numbers[3..]).as_vec3();
+        let ray = Ray::new(origin, direction);
+        let mut hit = [Hit::NONE];
+        scene.accel.closest_hits(&[ray], &mut hit);
+        let shape = &scene.shapes[hit[0].shape as usize];
+        let point = shape.meet(&ray, hit[0].primitive).point;
+        let index = scene.appearances[hit[0].shape as usize].light.unwrap();
+        let Light::Varying(light) = &scene.lights[index as usize] else { panic!("{line}") };
+        let value = light.emitted(shape, hit[0].primitive, &point, &-direction);
+        let expected = DVec3::from_slice(&numbers[6..]).as_vec3();
+        let off = (value.0 - expected).abs().max_element();
+        assert!(off <= HALF * expected.max_element(), "{line}: {value:?}");
+        count += 1;
+        dark += u32::from(expected == Vec3::ZERO);
+    }
+    assert!(count == 240 && dark > 10, "{count}, {dark}");
 }

@@ -384,6 +384,7 @@ fn spots_and_directional_lights() {
         intensity,
         cutoff_angle,
         beam_width,
+        texture: None,
     };
     let directional = |direction, irradiance| LightKind::Directional { direction, irradiance };
     let expected = [
@@ -414,6 +415,7 @@ fn environment_maps_of_every_format() {
     let path = |name: &str| folder.path().join(name);
     eight.save(path("m.png")).unwrap();
     eight.save(path("m.bmp")).unwrap();
+    eight.save(path("m.tga")).unwrap();
     // The coding of JPEG loses what such a small picture has between its pixels.
     image::RgbImage::from_pixel(2, 3, image::Rgb([200; 3])).save(path("m.jpg")).unwrap();
     deep.save(path("deep.png")).unwrap();
@@ -434,6 +436,7 @@ fn environment_maps_of_every_format() {
         ("bright.exr", &bright[..], 0.0),
         ("m.png", &decoded[..], 0.0),
         ("m.bmp", &decoded[..], 0.0),
+        ("m.tga", &decoded[..], 0.0),
         ("deep.png", &decoded[..], 0.0),
         ("alpha.png", &grey[..], 0.0),
         ("grey.png", &grey[..], 0.0),
@@ -482,9 +485,10 @@ fn projectors() {
     std::fs::write(&path, text).unwrap();
     let s = load(&path, &LoadOptions::default()).unwrap();
     let projector = |i: usize| match &s.lights[i].kind {
-        LightKind::Projector { map, scale, to_world, fov } => {
-            assert_eq!((map.width(), map.height()), (5, 2));
-            (map.get(4, 1).0.x, *scale, to_world.translation.x, fov.degrees, fov.axis)
+        LightKind::Projector { texture, scale, to_world, fov } => {
+            let TextureKind::Bitmap { image, .. } = &s.textures[texture.0].kind else { panic!() };
+            assert_eq!((image.width(), image.height()), (5, 2));
+            (image.colour(4, 1).0.x, *scale, to_world.translation.x, fov.degrees, fov.axis)
         }
         _ => panic!(),
     };

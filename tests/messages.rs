@@ -154,7 +154,7 @@ fn wrong_lights_are_refused() {
         (light("envmap", ""), "emitter 'envmap' needs the parameter 'filename' (a <string>)"),
         (light("envmap", &named("none.hdr")), "there is no file 'none.hdr' (looked in "),
         (light("envmap", &named(".")), "is not a regular file"),
-        (light("envmap", &named("text.hdr")), "it is none of OpenEXR, Radiance HDR, PNG, JPEG and BMP"),
+        (light("envmap", &named("text.hdr")), "it is none of OpenEXR, Radiance HDR, PNG, JPEG, BMP and TGA"),
         (light("envmap", &named("short.hdr")), "cannot read '"),
         (map(&float("scale", "-1")), "'scale' must not be negative"),
         (map(&float("scale", "1e39")), "'scale' is too large"),
@@ -178,17 +178,15 @@ fn wrong_lights_are_refused() {
         (light("spot", &float("beam_width", "21")), "'beam_width' must be between 0 and 'cutoff_angle' (20 degrees)"),
         (light("spot", &float("beam_width", "-1")), "'beam_width' must be between 0 and 'cutoff_angle' (20 degrees)"),
         (light("spot", r#"<point name="position" value="0 0 1"/>"#), "emitter 'spot' has no parameter 'position'"),
-        (light("spot", r#"<texture name="texture" type="checkerboard"/>"#), "a texture in a spot is not supported yet"),
+        (
+            light("spot", r#"<spectrum name="texture" value="1"/>"#),
+            "the 'texture' of a spot must be one that varies, as a 'bitmap' does",
+        ),
     ];
     let bitmap =
         |inside: &str| format!(r#"<texture name="irradiance" type="bitmap">{}{inside}</texture>"#, named("m.hdr"));
     let text = |name: &str, value: &str| format!(r#"<string name="{name}" value="{value}"/>"#);
     let rows = rows.into_iter().chain([
-        (light("projector", ""), "a projector needs the parameter 'irradiance' (a <texture type=\"bitmap\">)"),
-        (
-            light("projector", r#"<texture name="irradiance" type="checkerboard"/>"#),
-            "texture plugin 'checkerboard' is not supported yet; supported: bitmap",
-        ),
         (
             light("projector", &(to_world(r#"<scale value="2"/>"#) + &bitmap(""))),
             "the to_world of a projector may only move and rotate",
@@ -196,10 +194,7 @@ fn wrong_lights_are_refused() {
         (light("projector", &(float("fov", "180") + &bitmap(""))), "'fov' must be between 0 and 180 degrees, not 180"),
         (light("projector", &bitmap(&text("filename", "m.hdr"))), "'filename'"),
         (light("projector", &bitmap(&float("scale", "1"))), "texture 'bitmap' has no parameter 'scale'"),
-        (
-            light("projector", &bitmap(&text("wrap_mode", "clamp"))),
-            "a 'wrap_mode' other than 'repeat' in a projector is not supported yet",
-        ),
+        (light("projector", &bitmap(&text("wrap_mode", "around"))), "'wrap_mode' cannot be 'around'"),
     ]);
     let short = MAP.trim_end_matches("abcd");
     let files = [("m.hdr", MAP), ("text.hdr", "no picture"), ("short.hdr", short)];
@@ -438,12 +433,6 @@ fn what_is_odd_but_not_wrong_is_warned_of() {
 #[test]
 #[allow(clippy::too_many_lines, reason = "a table")]
 fn what_is_approximated_is_named() {
-    let projector = |inside: &str| {
-        format!(
-            r#"<emitter type="projector"><texture name="irradiance" type="bitmap">{inside}
-            <string name="filename" value="m.hdr"/></texture></emitter>"#
-        )
-    };
     let film =
         |inside: &str| scene_with_sensor(&format!(r#"<film type="hdrfilm">{inside}<rfilter type="box"/></film>"#));
     let rows = [
@@ -481,27 +470,11 @@ fn what_is_approximated_is_named() {
             "texture plugin 'volume'",
             "a uniform grey instead",
         ),
-        (
-            scene_with(r#"<emitter type="spot"><texture name="texture" type="checkerboard"/></emitter>"#),
-            "a texture in a spot is not supported yet",
-            "a spot without texture instead",
-        ),
-        (
-            scene_with(&projector(r#"<string name="filter_type" value="nearest"/>"#)),
-            "a 'filter_type' other than 'bilinear' in a projector",
-            "'bilinear' instead",
-        ),
-        (
-            scene_with(&projector(r#"<transform name="to_uv"><scale value="2"/></transform>"#)),
-            "a 'to_uv' in a projector is not supported yet",
-            "the picture as it is instead",
-        ),
     ];
-    let files = [("m.hdr", MAP)];
     for (text, what, instead) in rows {
-        let error = outcome(&text, &files, false).expect_err(&text);
+        let error = outcome(&text, &[], false).expect_err(&text);
         assert!(error.contains(what) && error.contains("is not supported yet"), "{error}");
-        let warnings = outcome(&text, &files, true).unwrap();
+        let warnings = outcome(&text, &[], true).unwrap();
         assert!(warnings.iter().any(|w| w.contains(what) && w.ends_with(instead)), "{warnings:?}");
     }
 }
@@ -510,12 +483,26 @@ fn map_light(map: std::sync::Arc<Picture>, to_world: DMat3) -> Light {
     common::light(LightKind::Environment { map, scale: 1.0, to_world, mis_compensation: false })
 }
 
+fn projector(texture: TextureId) -> LightKind {
+    let fov = FieldOfView { degrees: 40.0, axis: FovAxis::X };
+    LightKind::Projector { texture, scale: 1.0, to_world: DAffine3::IDENTITY, fov }
+}
+
+#[test]
+fn light_below_zero_is_none() {
+    let mut scene = enclosure(0.5, 1.0);
+    scene.textures = vec![common::picture_texture(2, 2, |x, _| Rgb::splat(x as f32 - 0.5))];
+    scene.lights.push(common::light(projector(TextureId(0))));
+    let expected = "test: negative values of the light's texture are taken for 0";
+    assert_eq!(compile_native(&scene), Ok(vec![expected.into()]));
+}
+
 /// Descriptions that no loader makes are refused all the same.
 #[test]
 #[allow(clippy::too_many_lines, reason = "a table")]
 fn wrong_descriptions_are_refused() {
     type Change = fn(&mut SceneDescription);
-    let rows: [(Change, &str); 15] = [
+    let rows: [(Change, &str); 17] = [
         (|s| s.cameras[0].to_world.matrix3 = DMat3::ZERO, "test: the camera's to_world gives it no direction"),
         (
             |s| s.cameras[0].to_world.translation = DVec3::MAX,
@@ -589,6 +576,17 @@ fn wrong_descriptions_are_refused() {
         (
             |s| s.lights.push(map_light(common::map(2, 3, |_, _| Rgb::WHITE), DMat3::ZERO)),
             "test: the light's direction must be neither zero nor infinite",
+        ),
+        (
+            |s| s.lights.push(common::light(projector(TextureId(0)))),
+            "test: the light refers to a texture that is not there",
+        ),
+        (
+            |s| {
+                s.textures = vec![common::picture_texture(2, 2, |x, _| Rgb::splat(1.0 / x as f32))];
+                s.lights.push(common::light(projector(TextureId(0))));
+            },
+            "test: a value of the light's texture is not finite",
         ),
         (
             |s| {

@@ -8,7 +8,9 @@ mod common;
 use common::*;
 use glam::{DAffine3, DMat3, DVec3};
 use snell::accel::Accelerator;
-use snell::description::{Emission, FieldOfView, FovAxis, Geometry, Light, LightKind, Mesh, SceneDescription, Shape};
+use snell::description::{
+    Emission, FieldOfView, FovAxis, Geometry, Light, LightKind, Mesh, SceneDescription, Shape, TextureId,
+};
 use snell::integrator::Estimator;
 use snell::spectrum::Rgb;
 use std::f64::consts::PI;
@@ -115,7 +117,10 @@ fn a_spot_is_a_point_light_in_a_cone() {
         let factor = ((cutoff_angle - angle) / (cutoff_angle - beam_width)).clamp(0.0, 1.0);
         for scale in [1.0, 1000.0] {
             let point = seen(LightKind::Point { position, intensity }, scale);
-            let spot = seen(LightKind::Spot { position, direction, intensity, cutoff_angle, beam_width }, scale);
+            let spot = seen(
+                LightKind::Spot { position, direction, intensity, cutoff_angle, beam_width, texture: None },
+                scale,
+            );
             let slope = 1.0 / f64::to_radians(cutoff_angle - beam_width).max(ULP);
             let tolerance = if factor == 1.0 || factor == 0.0 { ULP } else { SPOT * slope + 4.0 * ULP };
             for (spot, point) in spot.to_array().into_iter().zip(point.to_array()) {
@@ -136,7 +141,7 @@ fn a_projector_shows_its_picture() {
     let down = DMat3::from_cols(DVec3::NEG_X, DVec3::Y, DVec3::NEG_Z);
     let position = DVec3::new(0.2, 0.1, height);
     let kind = LightKind::Projector {
-        map: map(4, 2, value),
+        texture: TextureId(0),
         scale,
         to_world: DAffine3::from_mat3_translation(down, position),
         fov: FieldOfView { degrees: 60.0, axis: FovAxis::X },
@@ -152,7 +157,8 @@ fn a_projector_shows_its_picture() {
             (0.5, -0.01, None),
         ] {
             let at = position + height * half_width * DVec3::new(2.0 * u - 1.0, 0.5 - v, 0.0) - height * DVec3::Z;
-            let room = transformed(floor(at, vec![], vec![light(kind.clone())]), unit, DVec3::ZERO);
+            let mut room = transformed(floor(at, vec![], vec![light(kind.clone())]), unit, DVec3::ZERO);
+            room.textures = vec![picture_texture(4, 2, value)];
             let seen = picture(&compiled(&room, accelerator), &direct(Estimator::Path, 16)).get(0, 0);
             let per_value = f64::from(ALBEDO) * scale / (height * height);
             for (seen, v) in seen.to_array().into_iter().zip(expected.unwrap_or_default()) {
@@ -162,7 +168,8 @@ fn a_projector_shows_its_picture() {
             }
         }
     }
-    let room = SceneDescription { lights: vec![light(kind)], ..enclosure(0.5, 0.0) };
+    let textures = vec![picture_texture(4, 2, value)];
+    let room = SceneDescription { lights: vec![light(kind)], textures, ..enclosure(0.5, 0.0) };
     let scene = compiled(&room, Accelerator::Native);
     let power = scene.lights[0].power(&scene.shapes).unwrap().map(|w| w / (scene.unit * scene.unit));
     let area = 2.0 * half_width * half_width;
@@ -380,6 +387,7 @@ fn powers_of_lights_are_exact() {
         intensity: Rgb::splat(7.0),
         cutoff_angle: 90.0,
         beam_width: 90.0,
+        texture: None,
     };
     let lights = vec![point_light(DVec3::X, Rgb::splat(7.0)), light(spot)];
     let expected: Vec<f64> = areas.iter().map(|a| 5.0 * PI * a.2).chain([4.0 * PI * 7.0, 2.0 * PI * 7.0]).collect();

@@ -2,10 +2,18 @@
 
 use super::args::SceneArgs;
 use super::prepare::{self, Prepared};
+use crate::description::{SceneDescription, Texture, TextureKind};
 use crate::error::Result;
+use crate::image::Raster;
+use crate::scene::{Features, Scene};
+use crate::shape::Shape;
+use crate::shape::placed::Group;
+use crate::shape::uv::UvField;
 use crate::spectrum::Rgb;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::sync::Arc;
 
 /// Lights whose power is listed one by one.
 const MAX_LISTED: usize = 16;
@@ -32,6 +40,9 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     let i = &p.description.integrator;
     let depth = i.max_depth.map_or("any depth".into(), |d| format!("depth at most {d}"));
     line("integrator", format!("{:?}, {depth}, roulette from {}", i.kind, i.rr_depth).to_lowercase());
+    for plugins in plugins(&p.description) {
+        line("plugins", plugins);
+    }
     line("shapes", format!("{} with {} triangles, {} quadrics", scene.shapes.len(), f.triangles, f.quadrics));
     if f.instances > 0 {
         line("instances", f.instances.to_string());
@@ -47,6 +58,32 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     for power in powers(&p) {
         line("power", power);
     }
+    for texture in textures(&p.description) {
+        line("texture", texture);
+    }
+    for (name, facts) in facts(f) {
+        line(name, facts);
+    }
+    let c = scene.centre;
+    line("space", format!("centre ({}, {}, {}), lengths × 2^{}", c.x, c.y, c.z, libm::log2(scene.unit)));
+    let (accel, meshes) = (scene.accel.memory_bytes(), mesh_bytes(scene));
+    line("accelerator", format!("{}, {}, built in {:.3} s", scene.accel.name(), mib(accel), p.build.as_secs_f64()));
+    let pictures: u64 = pictures(&p.description).iter().map(|picture| picture.memory_bytes()).sum();
+    let all = mib(accel + meshes + pictures);
+    line("memory", format!("{all}: meshes {}, textures {}, accelerator {}", mib(meshes), mib(pictures), mib(accel)));
+    for unused in &p.description.inventory.unused {
+        line("not used", unused.clone());
+    }
+    for warning in &p.warnings {
+        line("warning", warning.clone());
+    }
+    // Nobody may be reading.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+    Ok(())
+}
+
+/// What the scene has of what not every scene has, and what it has not.
+fn facts(f: Features) -> [(&'static str, String); 2] {
     let has = [
         ("vertex normals", f.vertex_normals),
         ("delta lobes", f.delta_lobes),
@@ -55,18 +92,66 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     ];
     let (yes, no): (Vec<_>, Vec<_>) = has.iter().partition(|(_, has)| *has);
     let names = |list: Vec<&(&str, bool)>| list.iter().map(|(n, _)| *n).collect::<Vec<_>>().join(", ");
-    line("has", names(yes));
-    line("has no", names(no));
-    let c = scene.centre;
-    line("space", format!("centre ({}, {}, {}), lengths × 2^{}", c.x, c.y, c.z, libm::log2(scene.unit)));
-    let mib = scene.accel.memory_bytes() as f64 / f64::from(1 << 20);
-    line("accelerator", format!("{}, {mib:.1} MiB, built in {:.3} s", scene.accel.name(), p.build.as_secs_f64()));
-    for warning in &p.warnings {
-        line("warning", warning.clone());
+    [("has", names(yes)), ("has no", names(no))]
+}
+
+/// The plugins in use, a line for each kind.
+fn plugins(description: &SceneDescription) -> Vec<String> {
+    let mut kinds: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for ((kind, plugin), count) in &description.inventory.used {
+        kinds.entry(kind).or_default().push(format!("{count} {plugin}"));
     }
-    // Nobody may be reading.
-    let _ = std::io::stdout().write_all(text.as_bytes());
-    Ok(())
+    kinds.into_iter().map(|(kind, plugins)| format!("{kind}: {}", plugins.join(", "))).collect()
+}
+
+/// The pictures that textures show, each once.
+fn pictures(description: &SceneDescription) -> Vec<&Raster> {
+    let mut found: Vec<&Arc<Raster>> = Vec::new();
+    for texture in &description.textures {
+        if let TextureKind::Bitmap { image, .. } = &texture.kind
+            && !found.iter().any(|other| Arc::ptr_eq(other, image))
+        {
+            found.push(image);
+        }
+    }
+    found.into_iter().map(Arc::as_ref).collect()
+}
+
+/// A line for each texture in use that varies: a picture's size, type, memory and file.
+fn textures(description: &SceneDescription) -> Vec<String> {
+    let picture = |p: &Raster| {
+        let (size, memory) = (format!("{}x{}", p.width(), p.height()), mib(p.memory_bytes()));
+        format!("{size} {} {}, {memory}, {}", p.sample_type(), p.channels(), p.name())
+    };
+    let is_picture = |t: &&Texture| matches!(t.kind, TextureKind::Bitmap { .. });
+    let others = description.textures.iter().filter(|t| t.is_varying() && !is_picture(t)).count();
+    let mut lines: Vec<String> = pictures(description).into_iter().map(picture).collect();
+    if others > 0 {
+        lines.push(format!("{others} without a picture"));
+    }
+    lines
+}
+
+/// What shapes and their texture coordinates take, of a group once.
+fn mesh_bytes(scene: &Scene) -> u64 {
+    let mut groups: Vec<*const Group> = Vec::new();
+    let mut sum = scene.uvs.iter().map(UvField::memory_bytes).sum();
+    let of = |shape: &Shape| if let Shape::Mesh(mesh) = shape { mesh.memory_bytes() } else { 0 };
+    for shape in &scene.shapes {
+        sum += match shape {
+            Shape::Placed(placed) if groups.contains(&Arc::as_ptr(&placed.group)) => 0,
+            Shape::Placed(placed) => {
+                groups.push(Arc::as_ptr(&placed.group));
+                placed.group.shapes.iter().map(of).sum()
+            }
+            own => of(own),
+        };
+    }
+    sum
+}
+
+fn mib(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }
 
 /// The radiant flux of every light (of the first few) and of all together, in watts, the file's unit of length being the

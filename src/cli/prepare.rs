@@ -38,7 +38,7 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, pool: &ThreadPool) -> Result<
     let start = Instant::now();
     let sky = args.env.clone().map(|file| Sky { file, degrees: f64::from(args.env_rotate.unwrap_or(0.0)) });
     let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs, sky };
-    let mut description = loader::load(&args.scene, &options)?;
+    let mut description = pool.install(|| loader::load(&args.scene, &options))?;
     adjust_film(&mut description, args)?;
     let options =
         CompileOptions { accelerator: args.accel.into(), threads: pool.current_num_threads(), camera: args.camera };

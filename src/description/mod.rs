@@ -5,6 +5,7 @@
 
 mod aov;
 mod bsdf;
+mod inventory;
 mod texture;
 
 pub use aov::{Aov, AovKind};
@@ -12,6 +13,7 @@ pub use bsdf::{
     Bsdf, BsdfKind, Gltf, MicrofacetDistribution, Microfacets, NormalSource, Plastic, PrincipledShared, SurfaceNeeds,
     Terminator, Varying, Volume,
 };
+pub use inventory::Inventory;
 pub use texture::{Channel, Texture, TextureKind, Wrap};
 
 use crate::error::Span;
@@ -45,6 +47,8 @@ pub struct SceneDescription {
     pub lights: Vec<Light>,
     /// Complaints that were not fatal, each with its place: what `--lenient` let pass, what was never read.
     pub warnings: Vec<String>,
+    /// What the file has.
+    pub inventory: Inventory,
 }
 
 impl SceneDescription {
@@ -408,16 +412,28 @@ pub enum LightKind {
         cutoff_angle: f64,
         /// Degrees from the axis up to which it is full, from 0 to `cutoff_angle`.
         beam_width: f64,
+        /// What it shines through.
+        texture: Option<SpotTexture>,
     },
     /// A point that shines through a picture, from the space of a camera that would see it.
     Projector {
-        /// Irradiance over π at depth 1, the file's unit of length, but for `scale`: finite and not negative.
-        map: Arc<Picture>,
-        /// Factor of the map's values, not negative.
+        /// Irradiance over π at depth 1, the file's unit of length, but for `scale`: finite. Its unit square is the picture,
+        /// which has the shape of the texture's pixels.
+        texture: TextureId,
+        /// Factor of the texture's values, not negative.
         scale: f64,
         /// Camera space to the file's world space; no scale.
         to_world: DAffine3,
         /// Field of view.
         fov: FieldOfView,
     },
+}
+
+/// A factor on the intensity of a spot: a texture whose unit square lies around the cone, at right angles to the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpotTexture {
+    /// The texture.
+    pub texture: TextureId,
+    /// Directions in which its coordinates grow, of any length.
+    pub across: [DVec3; 2],
 }

@@ -1,6 +1,7 @@
 //! Finished pictures: arrays of pixels, and the files they are written to.
 
 pub mod compare;
+mod decode;
 mod exr_file;
 mod filter;
 mod input;

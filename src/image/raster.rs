@@ -1,17 +1,12 @@
 //! Pictures as textures use them: kept in the bits of their file, decoded texel by texel.
 
-use super::input::{check_size, read_exr_layers};
-use crate::error::{Error, Result};
+use super::{Picture, decode};
+use crate::error::Result;
 use crate::spectrum::{Rgb, srgb_to_linear};
-use exr::prelude::{AnyChannels, FlatSamples, Layer};
 use half::f16;
-use image::{DynamicImage, ImageFormat, ImageReader};
+use image::ImageFormat;
 use std::fmt;
-use std::io::Cursor;
 use std::path::Path;
-
-/// Largest file in bytes: protects against reading a device.
-const MAX_BYTES: u64 = 4 << 30;
 
 /// A picture of one to four channels (grey, grey and alpha, red green blue, and alpha), row by row from the top.
 pub struct Raster {
@@ -21,14 +16,30 @@ pub struct Raster {
     samples: Samples,
     /// What each integer sample of a colour stands for; empty for floating-point samples.
     colour_of: Vec<f32>,
+    /// What it is called, if it was told.
+    name: String,
 }
 
 /// Samples in the type of the file.
-enum Samples {
+#[derive(Clone)]
+pub(super) enum Samples {
     U8(Vec<u8>),
     U16(Vec<u16>),
     Half(Vec<f16>),
     Float(Vec<f32>),
+}
+
+impl Samples {
+    /// What each integer stands for.
+    fn decoding_table(&self, raw: bool) -> Vec<f32> {
+        let most = match self {
+            Self::U8(_) => u16::from(u8::MAX),
+            Self::U16(_) => u16::MAX,
+            Self::Half(_) | Self::Float(_) => return Vec::new(),
+        };
+        let decode = |v: f64| if raw { v } else { srgb_to_linear(v) };
+        (0..=most).map(|v| decode(f64::from(v) / f64::from(most)) as f32).collect()
+    }
 }
 
 impl fmt::Debug for Raster {
@@ -38,111 +49,45 @@ impl fmt::Debug for Raster {
 }
 
 impl Raster {
+    /// What stands for a picture that is not decoded yet: one black pixel.
+    pub fn pending() -> Self {
+        Self::new((1, 1), 1, Samples::U8(vec![0]), true)
+    }
+
     /// Reads PNG, JPEG, TGA, BMP, Radiance HDR or OpenEXR. Integer colours are decoded by the transfer function of sRGB
     /// unless the file's numbers are wanted `raw`; alpha and floating-point samples are linear as they are.
     ///
     /// Fails where the file cannot be read, is none of these, or has no known channels.
     pub fn read(path: &Path, raw: bool) -> Result<Self> {
-        let fail = |m: &dyn fmt::Display| Error::file(path, format!("cannot read the picture: {m}"));
-        let about = std::fs::metadata(path).map_err(|e| fail(&e))?;
-        if !about.is_file() || about.len() > MAX_BYTES {
-            return Err(fail(&"this is not a regular file of at most 4 GiB"));
-        }
-        let bytes = std::fs::read(path).map_err(|e| fail(&e))?;
-        Self::decode(&bytes, ImageFormat::from_path(path).ok(), raw).map_err(|e| fail(&e))
+        Ok(decode::read(path, raw)?.raster)
     }
 
     /// Decodes the bytes of a file; `named` is the format that its name says, which counts only for files that do not
     /// say theirs (TGA).
     pub fn decode(bytes: &[u8], named: Option<ImageFormat>, raw: bool) -> std::result::Result<Self, String> {
-        let format = image::guess_format(bytes).ok().or(named).ok_or("its format is not known")?;
-        match format {
-            ImageFormat::OpenExr => read_exr_layers(bytes)?
-                .iter()
-                .find_map(Self::of_layer)
-                .ok_or_else(|| "it has neither channels R, G, B nor Y".into()),
-            ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Hdr => {
-                let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-                reader.limits(Self::limits());
-                Self::of_image(reader.decode().map_err(|e| e.to_string())?, raw)
-            }
-            other => Err(format!("{other:?} is not supported (PNG, JPEG, TGA, BMP, HDR, OpenEXR)")),
-        }
+        Ok(decode::decode(bytes, named, raw)?.raster)
     }
 
-    /// What a header may claim.
-    fn limits() -> image::Limits {
-        /// Columns and rows of the largest picture.
-        const MAX_SIDE: u32 = 1 << 17;
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        limits.max_alloc = Some(MAX_BYTES);
-        limits
+    pub(super) fn new((width, height): (u32, u32), channels: u32, samples: Samples, raw: bool) -> Self {
+        let colour_of = samples.decoding_table(raw);
+        Self { width, height, channels, samples, colour_of, name: String::new() }
     }
 
-    fn of_image(image: DynamicImage, raw: bool) -> std::result::Result<Self, String> {
-        let (width, height) = check_size(image.width() as usize, image.height() as usize)?;
-        let channels = u32::from(image.color().channel_count());
-        let samples = match image {
-            DynamicImage::ImageLuma8(i) => Samples::U8(i.into_raw()),
-            DynamicImage::ImageLumaA8(i) => Samples::U8(i.into_raw()),
-            DynamicImage::ImageRgb8(i) => Samples::U8(i.into_raw()),
-            DynamicImage::ImageRgba8(i) => Samples::U8(i.into_raw()),
-            DynamicImage::ImageLuma16(i) => Samples::U16(i.into_raw()),
-            DynamicImage::ImageLumaA16(i) => Samples::U16(i.into_raw()),
-            DynamicImage::ImageRgb16(i) => Samples::U16(i.into_raw()),
-            DynamicImage::ImageRgba16(i) => Samples::U16(i.into_raw()),
-            DynamicImage::ImageRgb32F(i) => Samples::Float(i.into_raw()),
-            DynamicImage::ImageRgba32F(i) => Samples::Float(i.into_raw()),
-            _ => return Err("the type of its samples is not known".into()),
-        };
-        Ok(Self::new((width, height), channels, samples, raw))
+    /// The same picture under a name: that of its file.
+    pub fn called(self, name: String) -> Self {
+        Self { name, ..self }
     }
 
-    /// From the channels R, G, B or Y, and A, of a layer that has them.
-    fn of_layer(layer: &Layer<AnyChannels<FlatSamples>>) -> Option<Self> {
-        let (width, height) = check_size(layer.size.width(), layer.size.height()).ok()?;
-        let pixels = width as usize * height as usize;
-        let channel = |name: &str| {
-            let found = layer.channel_data.list.iter().find(|c| c.name.eq_case_insensitive(name))?;
-            // Not one of fewer samples than pixels.
-            (found.sample_data.len() == pixels).then_some(&found.sample_data)
-        };
-        let mut channels = match (channel("R"), channel("G"), channel("B")) {
-            (Some(r), Some(g), Some(b)) => vec![r, g, b],
-            _ => vec![channel("Y")?],
-        };
-        channels.extend(channel("A"));
-        let halves: Vec<&Vec<f16>> =
-            channels.iter().filter_map(|c| if let FlatSamples::F16(half) = c { Some(half) } else { None }).collect();
-        let samples = if halves.len() == channels.len() {
-            Samples::Half((0..pixels).flat_map(|i| halves.iter().map(move |c| c[i])).collect())
-        } else {
-            let mut floats = vec![0.0; pixels * channels.len()];
-            for (c, channel) in channels.iter().enumerate() {
-                floats
-                    .iter_mut()
-                    .skip(c)
-                    .step_by(channels.len())
-                    .zip(channel.values_as_f32())
-                    .for_each(|(f, v)| *f = v);
-            }
-            Samples::Float(floats)
-        };
-        Some(Self::new((width, height), channels.len() as u32, samples, true))
+    /// What it is called; empty if it was not told.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
-    fn new((width, height): (u32, u32), channels: u32, samples: Samples, raw: bool) -> Self {
-        let most = match samples {
-            Samples::U8(_) => Some(u16::from(u8::MAX)),
-            Samples::U16(_) => Some(u16::MAX),
-            Samples::Half(_) | Samples::Float(_) => None,
-        };
-        let decode = |v: f64| if raw { v } else { srgb_to_linear(v) };
-        let colour_of =
-            most.map_or(Vec::new(), |most| (0..=most).map(|v| decode(f64::from(v) / f64::from(most)) as f32).collect());
-        Self { width, height, channels, samples, colour_of }
+    /// The same samples, with or without the transfer function of sRGB.
+    pub fn decoded_as(&self, raw: bool) -> Self {
+        let (samples, name) = (self.samples.clone(), self.name.clone());
+        let colour_of = samples.decoding_table(raw);
+        Self { samples, colour_of, name, ..*self }
     }
 
     /// Pixels across.
@@ -163,6 +108,36 @@ impl Raster {
     /// Whether it says what is transparent.
     pub fn has_alpha(&self) -> bool {
         self.channels.is_multiple_of(2)
+    }
+
+    /// Type of its samples, for people: `8-bit`, `float`.
+    pub fn sample_type(&self) -> &'static str {
+        match &self.samples {
+            Samples::U8(_) => "8-bit",
+            Samples::U16(_) => "16-bit",
+            Samples::Half(_) => "half",
+            Samples::Float(_) => "float",
+        }
+    }
+
+    /// Its channels, for people: `RGB`.
+    pub fn channels(&self) -> &'static str {
+        match self.channels {
+            1 => "Y",
+            2 => "YA",
+            3 => "RGB",
+            _ => "RGBA",
+        }
+    }
+
+    /// The smallest and the largest linear value of any colour; `None` where one is not finite.
+    pub fn range(&self) -> Option<[f32; 2]> {
+        let (channels, colours) = (self.channels as usize, if self.is_grey() { 1 } else { 3 });
+        let pixels = self.width as usize * self.height as usize;
+        let values = (0..pixels).flat_map(|pixel| (0..colours).map(move |c| self.linear(pixel * channels + c)));
+        values.into_iter().try_fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], v| {
+            v.is_finite().then(|| [low.min(v), high.max(v)])
+        })
     }
 
     /// Bytes held.
@@ -217,16 +192,9 @@ impl Raster {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    #[test]
-    fn what_is_no_known_picture_is_an_error_that_says_so() {
-        let error = |bytes: &[u8]| Raster::decode(bytes, None, true).unwrap_err();
-        assert_eq!(error(b"words"), "its format is not known");
-        assert_eq!(error(b"GIF89a"), "Gif is not supported (PNG, JPEG, TGA, BMP, HDR, OpenEXR)");
-        // A header without the rest.
-        assert!(!error(b"\x89PNG\r\n\x1a\n").is_empty());
-        assert!(!error(b"\x76\x2f\x31\x01").is_empty());
+impl From<&Picture> for Raster {
+    fn from(picture: &Picture) -> Self {
+        let samples = picture.pixels().iter().flat_map(|p| p.to_array()).collect();
+        Self::new((picture.width(), picture.height()), 3, Samples::Float(samples), true)
     }
 }

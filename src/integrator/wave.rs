@@ -17,13 +17,14 @@ use super::technique::Technique;
 use crate::accel::{Hit, Start};
 use crate::camera::Camera;
 use crate::film::SampleId;
-use crate::light::Light;
+use crate::light::{Light, VaryingLight};
 use crate::material::Layer;
 use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
 use crate::sampler::{Batch, BsdfUniforms, LightUniforms, Sampler};
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::scene::{Scene, Surface};
+use crate::shape::offset::SurfacePoint;
 use crate::spectrum::Rgb;
 use fearless_simd::{Level, Simd};
 use glam::{DVec3, Vec2, Vec3};
@@ -260,7 +261,7 @@ impl Walker<'_> {
             self.absorb(path, &surface, hit);
         }
         // Light that the path ran into, weighted against sampling it.
-        self.find_light::<T>(path, &surface, record);
+        self.find_light::<T>(path, &surface, hit, record);
         if last {
             return end(path, "the depth limit", record);
         }
@@ -347,14 +348,41 @@ impl Walker<'_> {
 
     /// Light of the surface that the segment met.
     #[inline(always)]
-    fn find_light<T: Technique>(&self, path: &mut PathState, surface: &Surface<'_>, record: &mut impl Record) {
+    fn find_light<T: Technique>(
+        &self,
+        path: &mut PathState,
+        surface: &Surface<'_>,
+        hit: Hit,
+        record: &mut impl Record,
+    ) {
         let Some(index) = surface.light else { return };
-        if let Light::Area(light) = &self.scene.lights[index as usize] {
-            let radiance = light.emitted(surface.point.n, surface.wo);
-            if !radiance.is_black() {
-                let shape = &self.scene.shapes[light.shape as usize];
-                self.found::<T>(path, radiance, |from| light.pdf(shape, from, &surface.point), record);
+        match &self.scene.lights[index as usize] {
+            Light::Area(light) => {
+                let radiance = light.emitted(surface.point.n, surface.wo);
+                if !radiance.is_black() {
+                    let shape = &self.scene.shapes[light.shape as usize];
+                    self.found::<T>(path, radiance, |from| light.pdf(shape, from, &surface.point), record);
+                }
             }
+            Light::Varying(light) => self.find_varying::<T>(path, light, &{ surface.point }, hit.primitive, record),
+            _ => {}
+        }
+    }
+
+    /// The same for a surface that emits more here than there: not inlined, as most scenes have none.
+    #[inline(never)]
+    fn find_varying<T: Technique>(
+        &self,
+        path: &mut PathState,
+        light: &VaryingLight,
+        point: &SurfacePoint,
+        primitive: u32,
+        record: &mut impl Record,
+    ) {
+        let shape = &self.scene.shapes[light.shape() as usize];
+        let radiance = light.emitted(shape, primitive, point, &-path.ray.d);
+        if !radiance.is_black() {
+            self.found::<T>(path, radiance, |from| light.pdf(shape, &from, point, primitive), record);
         }
     }
 

@@ -57,7 +57,7 @@ impl AreaLight {
     }
 
     #[inline(never)]
-    fn sample_quadric(&self, surface: &Shape, &p: &DVec3, u: Vec2) -> Option<LightSample> {
+    pub(super) fn sample_quadric(&self, surface: &Shape, &p: &DVec3, u: Vec2) -> Option<LightSample> {
         match surface {
             Shape::Mesh(_) | Shape::Placed(_) => unreachable!("a mesh is no quadric, and what is placed is no light"),
             Shape::Sphere(sphere) => match Cap::of(sphere, p) {
@@ -97,9 +97,27 @@ impl AreaLight {
         }
     }
 
+    /// A point of a quadric, anywhere on it, and the density of that.
+    pub(super) fn quadric_point(&self, surface: &Shape, u: Vec2) -> (AreaPdf, SurfacePoint) {
+        match surface {
+            Shape::Mesh(_) | Shape::Placed(_) => unreachable!("a mesh is no quadric, and what is placed is no light"),
+            Shape::Sphere(sphere) => (self.pdf, sphere.point(warp::square_to_uniform_sphere(u).as_dvec3()).point),
+            Shape::Disk(disk) => (self.pdf, disk.point(warp::square_to_disk(u).as_dvec2()).point),
+            Shape::Cylinder(cylinder) => {
+                let xy = Arc::ALL.point(u.x);
+                (Arc::ALL.pdf(cylinder, xy), cylinder.point(xy, f64::from(u.y)).point)
+            }
+        }
+    }
+
+    /// Density of a uniform point of its surface (which points of a cylinder are not).
+    pub(super) fn uniform_pdf(&self) -> AreaPdf {
+        self.pdf
+    }
+
     /// A density of points of the light, as one of directions from `p`.
     #[inline(always)]
-    fn seen_from(p: DVec3, pdf: AreaPdf, end: &SurfacePoint) -> SolidAnglePdf {
+    pub(super) fn seen_from(p: DVec3, pdf: AreaPdf, end: &SurfacePoint) -> SolidAnglePdf {
         // The difference is what needs f64; its length does not.
         let to = (end.p - p).as_vec3();
         let distance_squared = to.length_squared();
@@ -124,7 +142,7 @@ impl AreaLight {
 
     /// The sample that leads from `p` to a point of this primitive of the surface that was found with this density.
     #[inline(always)]
-    fn towards(&self, p: DVec3, pdf: AreaPdf, end: SurfacePoint, primitive: u32) -> Option<LightSample> {
+    pub(super) fn towards(&self, p: DVec3, pdf: AreaPdf, end: SurfacePoint, primitive: u32) -> Option<LightSample> {
         let to = (end.p - p).as_vec3();
         let distance_squared = to.length_squared();
         let distance = distance_squared.sqrt();
@@ -167,7 +185,7 @@ impl AreaLight {
 }
 
 /// The part of a cylinder whose front a point can see, as seen along the axis: an interval of angles.
-struct Arc {
+pub(super) struct Arc {
     /// The angle in its middle.
     middle: f64,
     /// From there to either end.
@@ -175,6 +193,9 @@ struct Arc {
 }
 
 impl Arc {
+    /// All around.
+    pub(super) const ALL: Self = Self { middle: 0.0, half: PI };
+
     /// A point outside at ρ radii from the axis sees the outside of an endless cylinder within ±acos(1/ρ) of its own
     /// angle (affine maps keep this, so ρ is taken where the cross section is the unit circle). Where the front is the
     /// inside, or the point is, all of it.
@@ -184,7 +205,7 @@ impl Arc {
         // tan² of the half angle, without the cancellation of acos(1/ρ) near 1.
         let tan2 = xy.length_squared() - 1.0;
         if cylinder.is_flipped() || !(tan2 > 0.0) {
-            return Self { middle: 0.0, half: PI };
+            return Self::ALL;
         }
         Self { middle: libm::atan2(xy.y, xy.x), half: libm::atan(tan2.sqrt()) }
     }
@@ -198,7 +219,7 @@ impl Arc {
 
     /// Density of a point that is uniform in angle and height, in the direction `xy` of unit length.
     #[inline]
-    fn pdf(&self, cylinder: &Cylinder, xy: DVec2) -> AreaPdf {
+    pub(super) fn pdf(&self, cylinder: &Cylinder, xy: DVec2) -> AreaPdf {
         AreaPdf((1.0 / (2.0 * self.half * cylinder.area_element(xy))) as f32)
     }
 }

@@ -8,8 +8,10 @@ mod directional;
 mod environment;
 mod point;
 mod projector;
+mod slide;
 mod spot;
 mod uniform;
+mod varying;
 
 pub use area::AreaLight;
 pub use constant::ConstantLight;
@@ -17,8 +19,10 @@ pub use directional::DirectionalLight;
 pub use environment::EnvironmentLight;
 pub use point::PointLight;
 pub use projector::ProjectorLight;
-pub use spot::SpotLight;
+pub use slide::Slide;
+pub use spot::{SpotLight, SpotSlide};
 pub use uniform::UniformLightSampler;
+pub use varying::{Coat, VaryingLight};
 
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::shape::offset::SurfacePoint;
@@ -32,6 +36,8 @@ use std::f64::consts::PI;
 pub enum Light {
     /// A surface that emits.
     Area(AreaLight),
+    /// A surface that emits more here than there, or from both sides.
+    Varying(Box<VaryingLight>),
     /// A sky of one colour.
     Constant(ConstantLight),
     /// A sky with a picture on it.
@@ -69,6 +75,7 @@ impl Light {
     pub fn sample(&self, shapes: &[Shape], p: DVec3, u: Vec2, combined: bool) -> Option<LightSample> {
         match self {
             Self::Area(light) => light.sample(&shapes[light.shape as usize], p, u),
+            Self::Varying(light) => light.sample(&shapes[light.shape() as usize], &p, u),
             Self::Constant(light) => Some(light.sample(u)),
             Self::Environment(light) => light.sample(u, combined),
             Self::Directional(light) => Some(light.sample()),
@@ -81,7 +88,7 @@ impl Light {
     /// Whether a path can run into it: whether it is no light without size.
     pub fn can_be_met(&self) -> bool {
         match self {
-            Self::Area(_) | Self::Constant(_) | Self::Environment(_) => true,
+            Self::Area(_) | Self::Varying(_) | Self::Constant(_) | Self::Environment(_) => true,
             Self::Directional(_) | Self::Point(_) | Self::Spot(_) | Self::Projector(_) => false,
         }
     }
@@ -92,7 +99,7 @@ impl Light {
             Self::Point(light) => Some(light),
             Self::Spot(light) => Some(&mut light.point),
             Self::Projector(light) => Some(&mut light.point),
-            Self::Area(_) | Self::Constant(_) | Self::Environment(_) | Self::Directional(_) => None,
+            Self::Area(_) | Self::Varying(_) | Self::Constant(_) | Self::Environment(_) | Self::Directional(_) => None,
         }
     }
 
@@ -101,24 +108,29 @@ impl Light {
     pub fn brightest(&self) -> f32 {
         match self {
             Self::Area(light) => light.radiance.max_component(),
+            Self::Varying(light) => light.brightest(),
             Self::Constant(light) => light.radiance.max_component(),
             Self::Environment(light) => light.brightest(),
             Self::Directional(light) => light.irradiance.max_component(),
             Self::Point(light) => light.scale(),
-            Self::Spot(light) => light.point.scale(),
+            Self::Spot(light) => light.brightest(),
             Self::Projector(light) => light.point.scale(),
         }
     }
 
     /// Radiant flux that leaves the light, per channel, in W where the compiled scene's unit of length stands for the
-    /// metre: π·A·L of a surface, 4π·I of a point, less of a spot or a
+    /// metre: π·A·L of a surface (of one with a texture, at some thousand points of it), 4π·I of a point, less of a spot or a
     /// projector; `None` at infinity, where it is not finite.
     pub fn power(&self, shapes: &[Shape]) -> Option<[f64; 3]> {
         let (factor, colour) = match self {
             Self::Area(light) => (PI * shapes[light.shape as usize].area(), light.radiance),
+            Self::Varying(light) => {
+                let area = shapes[light.shape() as usize].area();
+                return Some(light.mean_radiance().map(|c| PI * area * c));
+            }
             Self::Constant(_) | Self::Environment(_) | Self::Directional(_) => return None,
             Self::Point(light) => (4.0 * PI, light.intensity),
-            Self::Spot(light) => (light.effective_solid_angle(), light.point.intensity),
+            Self::Spot(light) => return Some(light.power()),
             Self::Projector(light) => return Some(light.power()),
         };
         Some(colour.to_array().map(|c| f64::from(c) * factor))

@@ -1,7 +1,7 @@
 //! The law table of the lights: what they sample, from near, far, grazing and inside, has the density that they state.
 
 use super::*;
-use crate::image::Picture;
+use crate::image::{Picture, Raster};
 use crate::sampler::{Sampler, SamplerKind};
 use crate::sampling::chi_square::{Outcome, on_sphere, on_square, sidak};
 use crate::sampling::warp;
@@ -9,7 +9,9 @@ use crate::shape::TriangleMesh;
 use crate::shape::cylinder::Cylinder;
 use crate::shape::disk::Disk;
 use crate::shape::sphere::Sphere;
-use glam::{DAffine3, DMat3, DVec2};
+use crate::shape::uv::{Quadric, UvField};
+use crate::texture::{Attribute, Bitmap, MeshValues, Texture, TextureKind, Textures, Wrap};
+use glam::{Affine2, DAffine3, DMat3, DVec2};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -179,6 +181,98 @@ fn samples_follow_their_density_from_everywhere() {
         }
     }
     assert!(wrong.is_empty(), "level {level:e}:\n{}", wrong.join("\n"));
+}
+
+/// A row's light with a texture of several brightnesses that is nowhere black, on one side or on both.
+fn varying(row: &Row, both_sides: bool) -> VaryingLight {
+    let area = AreaLight::new(0, &row.surface, Rgb::new(1.0, 2.0, 0.5)).unwrap();
+    let picture =
+        map(3, 4, |x, y| if (x, y) == (1, 2) { Rgb::WHITE } else { Rgb::new(0.1, 0.05, 0.02) * (1 + x) as f32 });
+    let kind = TextureKind::Bitmap(Bitmap {
+        image: Arc::new(Raster::from(&*picture)),
+        bilinear: true,
+        wrap: [Wrap::Repeat, Wrap::Mirror],
+    });
+    let textures = Arc::new(Textures::new(vec![Texture { kind, uv_set: 0, to_uv: Affine2::IDENTITY }]));
+    let uvs = match &row.surface {
+        Shape::Mesh(_) => UvField::Mesh { uvs: Vec::new(), tangents: Vec::new() },
+        Shape::Sphere(_) => UvField::quadric(Quadric::Sphere, row.map),
+        Shape::Disk(_) => UvField::quadric(Quadric::Disk, row.map),
+        _ => UvField::quadric(Quadric::Cylinder, row.map),
+    };
+    let coat = Coat { slide: Slide::new(&textures, 0, 1.0), uvs, values: None };
+    VaryingLight::new(area, &row.surface, Some(coat), both_sides)
+}
+
+/// Hypothesis: points of lights that vary, or that emit from both sides, have the density that [`VaryingLight::pdf`] states;
+/// false alarms as above. What a sample says of its point is what is said of the point.
+#[test]
+fn varying_lights_follow_their_density_and_say_what_they_emit() {
+    let table = table();
+    let level = sidak(0.01, 2 * table.iter().map(|row| row.from.len()).sum::<usize>());
+    let mut wrong = Vec::new();
+    for (row, both) in table.iter().flat_map(|row| [(row, false), (row, true)]) {
+        let (light, surface) = (varying(row, both), &row.surface);
+        for from in row.from.iter().map(|p| p.as_dvec3()) {
+            let o = on_square(
+                SAMPLES,
+                |i| light.sample(surface, &from, uniform(i)).map(|s| place(row, s.end.unwrap().p)),
+                |u| {
+                    let (end, area) = point(row, u.as_dvec2());
+                    let to = from - end.p;
+                    let cos = end.n.as_dvec3().dot(to) / to.length();
+                    let cos = if both { cos.abs() } else { cos.max(0.0) };
+                    let face = (u.x * surface.primitive_count() as f32) as u32;
+                    f64::from(light.pdf(surface, &from, &end, face).0) * area * cos / to.length_squared()
+                },
+            );
+            if !(o.p_value > level && o.integral < 1.01 && (o.integral + o.lost - 1.0).abs() < 0.02) {
+                wrong.push(format!("{} from {from}, both sides: {both}: {o:?}", row.name));
+            }
+            for s in (0..200).filter_map(|i| light.sample(surface, &from, uniform(i))) {
+                let (end, face) = (s.end.unwrap(), s.on.primitive);
+                assert_eq!(s.radiance, light.emitted(surface, face, &end, &-s.wi), "{}", row.name);
+                // A grazing cosine is all rounding, but the same rounding, except where the cone's is its own.
+                let (said, pdf) = (s.pdf.unwrap().0, light.pdf(surface, &from, &end, face).0);
+                assert!((said / pdf - 1.0).abs() < 1e-3, "{}: {said}, {pdf}", row.name);
+                assert!(s.radiance.max_component() <= Light::Varying(Box::new(light.clone())).brightest());
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "level {level:e}:\n{}", wrong.join("\n"));
+}
+
+/// Where one of four triangles is all that is bright, half of the samples go there and the others by area, so that the density
+/// is half of the uniform one elsewhere.
+#[test]
+fn bright_triangles_are_chosen_more_often() {
+    let table = table();
+    let row = table.iter().find(|row| row.name == "closed mesh").unwrap();
+    let plain = AreaLight::new(0, &row.surface, Rgb::WHITE).unwrap();
+    let Shape::Mesh(mesh) = &row.surface else { panic!() };
+    let textures = Arc::new(Textures::new(vec![Texture {
+        kind: TextureKind::Attribute { index: 0, scale: 3.0 },
+        uv_set: 0,
+        to_uv: Affine2::IDENTITY,
+    }]));
+    let bright = Attribute { of_faces: true, width: 1, values: vec![0.0, 0.0, 2.0, 0.0] };
+    let values = Some(Arc::new(MeshValues { uvs: vec![], attributes: vec![Some(bright)] }));
+    let largest = textures.range(0, values.as_deref()).unwrap()[1];
+    assert_eq!(largest, 6.0);
+    let uvs = UvField::Mesh { uvs: Vec::new(), tangents: Vec::new() };
+    let coat = Coat { slide: Slide::new(&textures, 0, largest), uvs, values };
+    let light = VaryingLight::new(plain.clone(), &row.surface, Some(coat), false);
+    let areas: Vec<f64> = mesh.areas().collect();
+    let total: f64 = areas.iter().sum();
+    let from = DVec3::new(0.3, 0.4, 0.9);
+    for (face, area) in areas.iter().enumerate() {
+        let end = mesh.point(face as u32, [0.2, 0.3, 0.5]).point;
+        let ratio = light.pdf(&row.surface, &from, &end, face as u32).0 / plain.pdf(&row.surface, from, &end).0;
+        let expected = if face == 2 { 0.5 + 0.5 * total / area } else { 0.5 };
+        assert!((f64::from(ratio) / expected - 1.0).abs() < 1e-5, "{face}: {ratio}, {expected}");
+    }
+    let power = Light::Varying(Box::new(light)).power(std::slice::from_ref(&row.surface)).unwrap();
+    assert!((power[1] / (std::f64::consts::PI * 6.0 * areas[2]) - 1.0).abs() < 1e-12, "{power:?}");
 }
 
 /// Mistakes as they are made: each must be rejected somewhere in the table.
@@ -382,7 +476,7 @@ fn spot(beam: f64, cutoff: f64) -> SpotLight {
     let [beam, cutoff] = [beam, cutoff].map(f64::to_radians);
     let point =
         PointLight { position: DVec3::new(0.1, 0.2, 0.3), intensity: Rgb::WHITE, clearance: 0.0, touching: vec![] };
-    SpotLight { point, axis: DVec3::new(0.48, -0.6, 0.64), beam, cutoff }
+    SpotLight { point, axis: DVec3::new(0.48, -0.6, 0.64), beam, cutoff, slide: None }
 }
 
 /// The integral of what it sends over the sphere, by the trapezoidal rule, is what its power is computed from.

@@ -10,7 +10,7 @@ use super::framing::{self, View};
 use super::mtl::{self, GREY, Material};
 use super::{creases, normals, obj, ply};
 use crate::description::{
-    Bsdf, BsdfId, BsdfKind, Emission, Geometry, Integrator, Light, LightKind, Mesh, SceneDescription, Shape,
+    Bsdf, BsdfId, BsdfKind, Emission, Geometry, Integrator, Inventory, Light, LightKind, Mesh, SceneDescription, Shape,
 };
 use crate::error::{Error, Result, Span};
 use crate::spectrum::Rgb;
@@ -56,6 +56,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         groups: Vec::new(),
         instances: Vec::new(),
         lights: Vec::new(),
+        inventory: Inventory::default(),
         warnings: Vec::new(),
     };
     let is_ply = extension(path).is_some_and(|e| e == "ply");

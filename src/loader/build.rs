@@ -2,7 +2,9 @@
 
 use super::LoadOptions;
 use super::document::{Category, Document, ObjectId};
+use super::inventory;
 use super::params::Params;
+use super::pictures::{PictureId, Pictures};
 use super::plugins;
 use super::source::Loc;
 use super::xml::MAX_NESTING;
@@ -10,12 +12,10 @@ use crate::description::{
     AovKind, Bsdf, BsdfId, BsdfKind, Group, GroupId, Instance, Integrator, Light, LightKind, SceneDescription, Shape,
     Texture, TextureId, TextureKind,
 };
-use crate::error::{Error, Result};
-use crate::image::Raster;
+use crate::error::Result;
 use crate::spectrum::Rgb;
 use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::path::Path;
 
 /// The reflectance of a shape that has no bsdf.
 const DEFAULT_REFLECTANCE: f32 = 0.5;
@@ -35,9 +35,11 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         meshes: HashMap::new(),
         textures: Vec::new(),
         texture_ids: HashMap::new(),
-        pictures: HashMap::new(),
+        pictures: Pictures::default(),
+        bitmaps: Vec::new(),
         groups: Vec::new(),
         group_ids: HashMap::new(),
+        used: HashSet::new(),
     };
     let root = Params::new(document, 0);
     let integrator = match root.child(Category::Integrator)? {
@@ -65,6 +67,8 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         return Err(document.sources.error(root.object.at, message));
     }
     root.finish(&mut b)?;
+    b.decode_pictures()?;
+    let inventory = inventory::of(document, &b.used);
     let Builder { bsdfs, textures, groups, warnings, wants_uvs, .. } = b;
     Ok(SceneDescription {
         integrator,
@@ -77,6 +81,7 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         wants_uvs,
         lights,
         warnings,
+        inventory,
     })
 }
 
@@ -96,10 +101,13 @@ pub(crate) struct Builder<'d> {
     pub(crate) meshes: HashMap<plugins::shape::MeshKey, plugins::shape::LoadedMesh>,
     textures: Vec<Texture>,
     texture_ids: HashMap<ObjectId, TextureId>,
-    /// Pictures by file and whether their numbers are taken as they are.
-    pictures: HashMap<(PathBuf, bool), Arc<Raster>>,
+    pictures: Pictures<'static>,
+    /// Textures that wait for their picture.
+    bitmaps: Vec<(TextureId, PictureId)>,
     groups: Vec<Group>,
     group_ids: HashMap<ObjectId, GroupId>,
+    /// Objects that were interpreted.
+    used: HashSet<ObjectId>,
 }
 
 impl<'d> Builder<'d> {
@@ -126,6 +134,11 @@ impl<'d> Builder<'d> {
     /// Something worth knowing that is not wrong.
     pub(crate) fn warn(&mut self, at: Loc, message: &str) {
         self.warnings.push(format!("{}: {message}", self.document.sources.span(at)));
+    }
+
+    /// Notes that an object was interpreted.
+    pub(crate) fn note_used(&mut self, id: ObjectId) {
+        self.used.insert(id);
     }
 
     /// The bsdf of an object, made when it is first asked for.
@@ -197,19 +210,25 @@ impl<'d> Builder<'d> {
         TextureId(self.textures.len() - 1)
     }
 
-    /// The picture in a file, read when it is first asked for.
-    pub(crate) fn picture(&mut self, path: PathBuf, raw: bool, at: Loc) -> Result<Arc<Raster>> {
-        let path = path.canonicalize().unwrap_or(path);
-        if let Some(picture) = self.pictures.get(&(path.clone(), raw)) {
-            return Ok(picture.clone());
+    /// Asks for the picture in a file, which is decoded once everything is read.
+    pub(crate) fn picture(&mut self, path: &Path, raw: bool, at: Loc) -> PictureId {
+        let source = self.pictures.file(path, self.document.sources.span(at));
+        self.pictures.ask(source, raw)
+    }
+
+    /// Notes that a texture shows a picture.
+    pub(crate) fn show(&mut self, texture: TextureId, picture: PictureId) {
+        self.bitmaps.push((texture, picture));
+    }
+
+    fn decode_pictures(&mut self) -> Result<()> {
+        let decoded = std::mem::take(&mut self.pictures).decode()?;
+        for &(texture, picture) in &self.bitmaps {
+            if let TextureKind::Bitmap { image, .. } = &mut self.textures[texture.0].kind {
+                *image = decoded[picture.0].clone();
+            }
         }
-        let picture = Raster::read(&path, raw).map_err(|e| match e {
-            Error::File { message, .. } => self.document.sources.error(at, format!("'{}': {message}", path.display())),
-            other => other,
-        })?;
-        let picture = Arc::new(picture);
-        self.pictures.insert((path, raw), picture.clone());
-        Ok(picture)
+        Ok(())
     }
 
     /// The group that an object makes, made when it is first asked for.

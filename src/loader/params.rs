@@ -13,6 +13,7 @@ use std::cell::RefCell;
 pub(crate) struct Params<'d> {
     pub(crate) document: &'d Document,
     pub(crate) object: &'d Object,
+    id: ObjectId,
     /// Every name that the plugin asked for: what the object could have.
     asked: RefCell<Vec<&'static str>>,
     /// The parameters that textures give.
@@ -21,7 +22,7 @@ pub(crate) struct Params<'d> {
 
 impl<'d> Params<'d> {
     pub(crate) fn new(document: &'d Document, id: ObjectId) -> Self {
-        Self { document, object: &document.objects[id], asked: RefCell::default(), varying: RefCell::default() }
+        Self { document, object: &document.objects[id], id, asked: RefCell::default(), varying: RefCell::default() }
     }
 
     /// For messages: `bsdf 'diffuse'`.
@@ -166,8 +167,9 @@ impl<'d> Params<'d> {
         }
     }
 
-    /// Complains about parameters that nobody asked for.
+    /// Notes that the object was used; complains about parameters that nobody asked for.
     pub(crate) fn finish(self, b: &mut Builder<'_>) -> Result<()> {
+        b.note_used(self.id);
         for param in self.object.params.iter().filter(|p| !p.used.get()) {
             let sources = &self.document.sources;
             if let Value::Child(id) = param.value {

@@ -5,6 +5,7 @@ use crate::description::{Light, LightKind, SceneDescription};
 use crate::error::{Error, Result, Span};
 use crate::image::{Picture, decode_picture};
 use glam::DMat3;
+use image::ImageFormat;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -21,9 +22,9 @@ pub struct Sky {
 }
 
 /// Reads a map of radiance, which must be finite; also says how many pixels had negative values, which are taken for 0.
-pub(crate) fn read_map(path: &Path, raw: bool) -> std::result::Result<(Picture, usize), String> {
+pub(crate) fn read_map(path: &Path) -> std::result::Result<(Picture, usize), String> {
     let mut map = read_bytes(path, MAX_DATA_BYTES)
-        .and_then(|bytes| decode_picture(&bytes, raw))
+        .and_then(|bytes| decode_picture(&bytes, ImageFormat::from_path(path).ok()))
         .map_err(|m| format!("cannot read '{}': {m}", path.display()))?
         .picture;
     if let Some(i) = map.pixels().iter().position(|v| !v.is_finite()) {
@@ -40,7 +41,7 @@ pub(crate) fn read_map(path: &Path, raw: bool) -> std::result::Result<(Picture, 
 impl Sky {
     /// Puts it in place of all light that comes from everywhere.
     pub(crate) fn replace_in(&self, scene: &mut SceneDescription) -> Result<()> {
-        let (map, negative) = read_map(&self.file, false).map_err(|m| Error::Usage(format!("--env: {m}")))?;
+        let (map, negative) = read_map(&self.file).map_err(|m| Error::Usage(format!("--env: {m}")))?;
         if negative > 0 {
             let file = self.file.display();
             scene.warnings.push(format!("{file}: {negative} pixels have negative values, which are taken for 0"));

@@ -3,6 +3,7 @@
 mod attributes;
 mod files;
 mod property;
+mod upgrade;
 
 use super::LoadOptions;
 use super::document::{Category, Document, Object, ObjectId, Param, Value, find_file};
@@ -145,7 +146,11 @@ impl Reader {
         }
         let (plugin, plugin_at) = (a.text("type").to_string(), a.at("type"));
         self.objects.push(Object { category, plugin, id, at, plugin_at, params: Vec::new() });
-        self.children(node, Context { parent: Some(object), ..cx })
+        self.children(node, Context { parent: Some(object), ..cx })?;
+        if cx.legacy {
+            upgrade::upgrade(&mut self.objects[object], &self.sources, &mut self.warnings);
+        }
+        Ok(())
     }
 
     /// Gives an object a parameter, under the name that today's Mitsuba has for it.

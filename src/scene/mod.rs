@@ -85,7 +85,7 @@ pub struct Scene {
     /// for materials without an inside. Empty if nothing absorbs.
     pub absorption: Vec<Option<Rgb>>,
     /// Every texture in use.
-    pub textures: Textures,
+    pub textures: Arc<Textures>,
     /// Tangents of every shape whose material depends on them.
     pub tangents: Vec<TangentField>,
     /// Texture coordinates of every shape whose material is textured.

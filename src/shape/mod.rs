@@ -140,6 +140,15 @@ pub struct Plane {
 }
 
 impl TriangleMesh {
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> u64 {
+        let of = |bytes: usize| bytes as u64;
+        of(size_of_val(&self.positions[..]))
+            + of(size_of_val(&self.normals[..]))
+            + of(size_of_val(&self.faces[..]))
+            + of(size_of_val(&self.planes[..]))
+    }
+
     /// The three vertices of a triangle.
     #[inline]
     pub fn triangle(&self, face: u32) -> [Vec3; 3] {

@@ -68,6 +68,15 @@ impl UvPoint {
 }
 
 impl UvField {
+    /// Bytes held for vertices.
+    pub fn memory_bytes(&self) -> u64 {
+        match self {
+            Self::Mesh { uvs, tangents } => (size_of_val(&uvs[..]) + size_of_val(&tangents[..])) as u64,
+            // Of a group once, but it is not known here how often that is placed.
+            Self::Quadric { .. } | Self::Placed(..) => 0,
+        }
+    }
+
     /// Of a quadric that `to_scene` makes of the one in its own space.
     pub fn quadric(kind: Quadric, to_scene: DAffine3) -> Self {
         Self::Quadric { kind, to_scene, to_own: to_scene.inverse() }

@@ -1,6 +1,7 @@
 //! Textures: a colour for each point of a surface, from its texture coordinates or from numbers of its mesh.
 
 mod bitmap;
+mod extent;
 mod mesh;
 
 pub use bitmap::{Bitmap, Wrap};

@@ -127,6 +127,13 @@ pub fn map(width: u32, height: u32, value: impl Fn(u32, u32) -> Rgb) -> std::syn
     std::sync::Arc::new(map)
 }
 
+/// A texture of these values.
+pub fn picture_texture(width: u32, height: u32, value: impl Fn(u32, u32) -> Rgb) -> Texture {
+    let image = std::sync::Arc::new(snell::image::Raster::from(&*map(width, height, value)));
+    let kind = TextureKind::Bitmap { image, bilinear: true, wrap: [Wrap::Repeat; 2] };
+    Texture { at: at(), kind, uv_set: 0, to_uv: glam::DAffine2::IDENTITY }
+}
+
 /// The side of a cylinder and the disks that close its ends, under an affine map, fronts inside.
 pub fn closed_cylinder(map: DAffine3, emission: Option<f32>) -> Vec<Shape> {
     let side = Geometry::Cylinder { p0: DVec3::NEG_Z, p1: DVec3::Z, radius: 1.0 };
@@ -151,6 +158,7 @@ pub fn enclosure(albedo: f32, emission: f32) -> SceneDescription {
         instances: vec![],
         lights: vec![],
         warnings: vec![],
+        inventory: Default::default(),
     }
 }
 

@@ -40,7 +40,7 @@ pub(super) fn read(model: &Model, nodes: &Nodes) -> Result<Vec<Light>> {
                     return Err(model.error(&place, message));
                 }
                 let (cutoff_angle, beam_width) = (outer.to_degrees(), inner.to_degrees());
-                LightKind::Spot { position, direction, intensity: power, cutoff_angle, beam_width }
+                LightKind::Spot { position, direction, intensity: power, cutoff_angle, beam_width, texture: None }
             }
             Checked::Invalid => return Err(model.error(&place, "its type is not one of directional, point, spot")),
         };

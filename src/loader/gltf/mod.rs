@@ -33,7 +33,7 @@ mod textures;
 
 use super::LoadOptions;
 use super::framing::{self, View};
-use crate::description::{Integrator, Light, SceneDescription};
+use crate::description::{Integrator, Inventory, Light, SceneDescription};
 use crate::error::{Error, Result};
 use materials::Materials;
 use model::Model;
@@ -82,5 +82,6 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         wants_uvs: options.uvs,
         lights,
         warnings: model.take_warnings(),
+        inventory: Inventory::default(),
     })
 }

@@ -3,12 +3,9 @@
 use super::model::Model;
 use crate::description::{Texture, TextureId, TextureKind, Wrap};
 use crate::error::Result;
-use crate::image::Raster;
-use rayon::prelude::*;
+use crate::loader::pictures;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
-use std::sync::Arc;
 
 /// A texture that waits for its picture.
 struct Asked {
@@ -31,24 +28,23 @@ impl Pictures {
 
     /// Gives the textures their pictures.
     pub(super) fn fill(self, model: &Model, textures: &mut [Texture]) -> Result<()> {
-        let mut files = BTreeMap::new();
+        let (mut pictures, mut sources) = (pictures::Pictures::default(), BTreeMap::new());
+        let mut ids = Vec::new();
         for asked in &self.0 {
-            if let Entry::Vacant(place) = files.entry(asked.image) {
-                place.insert(model.image_file(asked.image)?);
-            }
+            let source = match sources.get(&asked.image) {
+                Some(&source) => source,
+                None => {
+                    let bytes = model.image_file(asked.image)?;
+                    let source = pictures.bytes(format!("images[{}]", asked.image), bytes, model.at.clone());
+                    sources.insert(asked.image, source);
+                    source
+                }
+            };
+            ids.push(pictures.ask(source, asked.raw));
         }
-        let mut wanted: Vec<(usize, bool)> = self.0.iter().map(|asked| (asked.image, asked.raw)).collect();
-        wanted.sort_unstable();
-        wanted.dedup();
-        let decoded: Vec<_> = wanted.par_iter().map(|(image, raw)| Raster::decode(&files[image], None, *raw)).collect();
-        let mut rasters = BTreeMap::new();
-        for (key, raster) in wanted.into_iter().zip(decoded) {
-            let fail = |e| model.error(&format!("images[{}]", key.0), format!("cannot read the picture: {e}"));
-            rasters.insert(key, Arc::new(raster.map_err(fail)?));
-        }
-        for Asked { texture, image, raw, bilinear, wrap } in self.0 {
-            let image = rasters[&(image, raw)].clone();
-            textures[texture.0].kind = TextureKind::Bitmap { image, bilinear, wrap };
+        let decoded = pictures.decode()?;
+        for (Asked { texture, bilinear, wrap, .. }, id) in self.0.into_iter().zip(ids) {
+            textures[texture.0].kind = TextureKind::Bitmap { image: decoded[id.0].clone(), bilinear, wrap };
         }
         Ok(())
     }

@@ -129,8 +129,12 @@ fn roughness(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str) -> Result<
 }
 
 fn complex_ior(b: &mut Builder<'_>, p: &Params<'_>) -> Result<(Rgb, Rgb)> {
-    let eta = colour(b, p, "eta", SpectrumRole::Index)?;
-    let k = colour(b, p, "k", SpectrumRole::Index)?;
+    let mut index = |parameter, name| match vary(b, p, name, &[parameter])? {
+        // Whatever it is: the texture takes its place.
+        true => Ok(Some(Rgb::WHITE)),
+        false => colour(b, p, name, SpectrumRole::Index),
+    };
+    let (eta, k) = (index(Parameter::Eta, "eta")?, index(Parameter::K, "k")?);
     let material = p.text("material")?;
     if material.is_some() && (eta.is_some() || k.is_some()) {
         return Err(p.error("material", "'material' excludes 'eta' and 'k'"));

@@ -2,11 +2,12 @@
 
 use super::colour::colour;
 use super::sensor::field_of_view;
+use super::texture::{find_texture, texture_of};
 use super::{find, misplaced};
-use crate::description::{Light, LightKind, Picture};
+use crate::description::{Emission, Light, LightKind, Picture, SpotTexture};
 use crate::error::Result;
 use crate::loader::build::Builder;
-use crate::loader::document::{Category, ObjectId, Value};
+use crate::loader::document::ObjectId;
 use crate::loader::params::Params;
 use crate::loader::sky::{LEAST_SIZE, read_map};
 use crate::loader::source::Loc;
@@ -16,8 +17,8 @@ use std::sync::Arc;
 
 /// What an emitter plugin makes.
 pub(crate) enum Emitter {
-    /// Radiance of the surface it belongs to.
-    Area(Rgb),
+    /// Emission of the surface it belongs to.
+    Area(Emission),
     /// A light of its own.
     Light(LightKind),
 }
@@ -46,7 +47,11 @@ const DEFAULT_CUTOFF: f64 = 20.0;
 const DEFAULT_BEAM: f64 = 0.75;
 
 fn area(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
-    radiance(b, p).map(Emitter::Area)
+    if let Some(id) = find_texture(b, p, "radiance") {
+        let texture = Some(b.texture(id)?);
+        return Ok(Emitter::Area(Emission { texture, ..Emission::uniform(Rgb::WHITE) }));
+    }
+    radiance(b, p).map(Emission::uniform).map(Emitter::Area)
 }
 
 fn constant(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
@@ -70,7 +75,7 @@ fn point(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
 fn envmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     // As Mitsuba does, which interpolates between two columns and three rows at least.
     let (width, height) = LEAST_SIZE;
-    let map = Arc::new(map(b, p, false)?.padded(width, height));
+    let map = Arc::new(map(b, p)?.padded(width, height));
     let scale = scale(p)?;
     let m = p.transform("to_world")?.unwrap_or(DAffine3::IDENTITY).matrix3;
     let Some(size) = uniform_scale(m) else {
@@ -84,11 +89,11 @@ fn envmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
 }
 
 /// The picture that the parameter 'filename' names.
-fn map(b: &mut Builder<'_>, p: &Params<'_>, raw: bool) -> Result<Picture> {
+fn map(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Picture> {
     let name = p.required_text("filename")?;
     let at = p.at("filename");
     let path = b.document.find_file(name, at).map_err(|m| p.error("filename", m))?;
-    let (map, negative) = read_map(&path, raw).map_err(|m| p.error("filename", m))?;
+    let (map, negative) = read_map(&path).map_err(|m| p.error("filename", m))?;
     if negative > 0 {
         b.warn(at, &format!("{negative} pixels of '{name}' have negative values, which are taken for 0"));
     }
@@ -140,9 +145,16 @@ fn spot(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
         return Err(p.error("to_world", "the to_world of a spot may only move, rotate and scale uniformly"));
     }
     let intensity = colour(b, p, "intensity", SpectrumRole::Emission)?.unwrap_or(Rgb::WHITE);
-    if p.find("texture").is_some() {
-        b.approximate(p.at("texture"), "a texture in a spot", "", "a spot without texture")?;
-    }
+    let texture = match find_texture(b, p, "texture") {
+        Some(id) => {
+            let texture = b.texture(id)?;
+            Some(SpotTexture { texture, across: [to_world.matrix3.x_axis, to_world.matrix3.y_axis] })
+        }
+        None if p.find("texture").is_some() => {
+            return Err(p.error("texture", "the 'texture' of a spot must be one that varies, as a 'bitmap' does"));
+        }
+        None => None,
+    };
     let cutoff_angle = p.float("cutoff_angle")?.unwrap_or(DEFAULT_CUTOFF);
     if !(cutoff_angle > 0.0 && cutoff_angle <= 180.0) {
         return Err(p.error("cutoff_angle", "'cutoff_angle' must be larger than 0 and at most 180 degrees"));
@@ -154,7 +166,7 @@ fn spot(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     }
     let position = to_world.translation;
     let direction = checked_direction(p, "to_world", to_world.matrix3.z_axis)?;
-    Ok(Emitter::Light(LightKind::Spot { position, direction, intensity, cutoff_angle, beam_width }))
+    Ok(Emitter::Light(LightKind::Spot { position, direction, intensity, cutoff_angle, beam_width, texture }))
 }
 
 /// A pinhole camera that shines.
@@ -163,56 +175,26 @@ fn projector(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     if !uniform_scale(to_world.matrix3).is_some_and(|size| (size - 1.0).abs() <= SIMILARITY_TOLERANCE) {
         return Err(p.error("to_world", "the to_world of a projector may only move and rotate"));
     }
-    let map = Arc::new(slide(b, p)?);
+    let texture = texture_of(b, p, "irradiance", SpectrumRole::Emission, 1.0)?;
     let scale = scale(p)?;
     let fov = field_of_view(p)?;
-    Ok(Emitter::Light(LightKind::Projector { map, scale, to_world, fov }))
-}
-
-/// The picture that the bitmap 'irradiance' names.
-fn slide(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Picture> {
-    let id = match p.find("irradiance").map(|param| &param.value) {
-        Some(&Value::Child(id)) if b.document.objects[id].category == Category::Texture => id,
-        _ => {
-            return Err(
-                p.error("irradiance", "a projector needs the parameter 'irradiance' (a <texture type=\"bitmap\">)")
-            );
-        }
-    };
-    let make = find(b.document, id, &[("bitmap", bitmap as SlideFn)])?;
-    let texture = Params::new(b.document, id);
-    let made = make(b, &texture)?;
-    texture.finish(b)?;
-    Ok(made)
-}
-
-type SlideFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Picture>;
-
-fn bitmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Picture> {
-    for (name, usual) in [("filter_type", "bilinear"), ("wrap_mode", "repeat")] {
-        if p.text(name)?.is_some_and(|text| text != usual) {
-            let what = format!("a '{name}' other than '{usual}' in a projector");
-            b.approximate(p.at(name), &what, "", &format!("'{usual}'"))?;
-        }
-    }
-    if p.find("to_uv").is_some() {
-        b.approximate(p.at("to_uv"), "a 'to_uv' in a projector", "", "the picture as it is")?;
-    }
-    // How it is kept changes nothing.
-    p.accept(&["format", "accel"]);
-    let raw = p.boolean("raw", false)?;
-    map(b, p, raw)
+    Ok(Emitter::Light(LightKind::Projector { texture, scale, to_world, fov }))
 }
 
 fn radiance(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Rgb> {
     Ok(colour(b, p, "radiance", SpectrumRole::Emission)?.unwrap_or(Rgb::WHITE))
 }
 
-/// The radiance of the emitter of a shape.
-pub(crate) fn emission(b: &mut Builder<'_>, id: ObjectId, at: Loc) -> Result<Rgb> {
+/// Whether an emitter's radiance varies over the surface it belongs to.
+pub(crate) fn is_textured(b: &Builder<'_>, id: ObjectId) -> bool {
+    find_texture(b, &Params::new(b.document, id), "radiance").is_some()
+}
+
+/// What the emitter of a shape emits.
+pub(crate) fn emission(b: &mut Builder<'_>, id: ObjectId, at: Loc) -> Result<Emission> {
     b.attach(id, at)?;
     match emitter(b, id)? {
-        Emitter::Area(radiance) => Ok(radiance),
+        Emitter::Area(emission) => Ok(emission),
         Emitter::Light(_) => Err(misplaced(b.document, id, at, "a shape")),
     }
 }

@@ -1,8 +1,8 @@
 //! Shapes.
 
-use super::emitter::emission;
+use super::emitter::{emission, is_textured};
 use super::find;
-use crate::description::{Emission, Geometry, Mesh, Shape};
+use crate::description::{Geometry, Mesh, Shape};
 use crate::error::{Error, Result};
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId};
@@ -65,7 +65,7 @@ pub(crate) fn shape(b: &mut Builder<'_>, id: ObjectId) -> Result<Shape> {
     let p = Params::new(b.document, id);
     let make = find(b.document, id, SHAPES)?;
     let emission = match p.child(Category::Emitter)? {
-        Some((emitter, at)) => Some(Emission::uniform(emission(b, emitter, at)?)),
+        Some((emitter, at)) => Some(emission(b, emitter, at)?),
         None => None,
     };
     let bsdf = match p.child(Category::Bsdf)? {
@@ -182,7 +182,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, format: Format, flip_uvs: bool) -> 
     let uvs = match p.child(Category::Bsdf)? {
         Some((bsdf, _)) => b.bsdf(bsdf).map(|id| b.needs_uvs(id))?,
         None => b.wants_uvs(),
-    };
+    } || p.child(Category::Emitter)?.is_some_and(|(emitter, _)| is_textured(b, emitter));
     let attributes = b.wants_attributes();
     let to_world = to_world(p)?;
     let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;

@@ -4,13 +4,19 @@ use super::colour::colour;
 use super::find;
 use crate::description::{Parameter, Texture, TextureId, TextureKind, Varying, Wrap};
 use crate::error::Result;
+use crate::image::Raster;
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, ObjectId, Value};
 use crate::loader::params::Params;
+use crate::loader::pictures::PictureId;
 use crate::spectrum::{Rgb, SpectrumRole};
 use glam::{DAffine2, DMat2};
+use std::sync::Arc;
 
-type TextureFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<TextureKind>;
+/// The kind of a texture, and the picture that it waits for.
+type Made = (TextureKind, Option<PictureId>);
+
+type TextureFn = fn(&mut Builder<'_>, &Params<'_>) -> Result<Made>;
 
 /// The supported texture plugins that vary over a surface; those that are one colour are in [`super::colour`].
 pub(crate) const TEXTURES: &[(&str, TextureFn)] =
@@ -62,11 +68,17 @@ pub(crate) fn varying(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str, d
 }
 
 /// A texture, or a colour as one.
-fn texture_of(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str, default: f32) -> Result<TextureId> {
+pub(crate) fn texture_of(
+    b: &mut Builder<'_>,
+    p: &Params<'_>,
+    name: &'static str,
+    role: SpectrumRole,
+    default: f32,
+) -> Result<TextureId> {
     if let Some(id) = find_texture(b, p, name) {
         return b.texture(id);
     }
-    let colour = colour(b, p, name, SpectrumRole::Reflectance)?.unwrap_or(Rgb::splat(default));
+    let colour = colour(b, p, name, role)?.unwrap_or(Rgb::splat(default));
     Ok(b.add_texture(Texture {
         at: p.span(),
         kind: TextureKind::Constant(colour),
@@ -78,7 +90,7 @@ fn texture_of(b: &mut Builder<'_>, p: &Params<'_>, name: &'static str, default: 
 /// Makes a texture of an object.
 pub(crate) fn texture(b: &mut Builder<'_>, id: ObjectId) -> Result<TextureId> {
     let p = Params::new(b.document, id);
-    let kind = find(b.document, id, TEXTURES)?(b, &p)?;
+    let (kind, picture) = find(b.document, id, TEXTURES)?(b, &p)?;
     // Of a transformation of space only what it does to the plane.
     let to_uv = p.transform("to_uv")?.map_or(DAffine2::IDENTITY, |m| {
         let [x, y] = [m.matrix3.x_axis, m.matrix3.y_axis].map(|axis| axis.truncate());
@@ -86,10 +98,14 @@ pub(crate) fn texture(b: &mut Builder<'_>, id: ObjectId) -> Result<TextureId> {
     });
     let made = Texture { at: p.span(), kind, uv_set: 0, to_uv };
     p.finish(b)?;
-    Ok(b.add_texture(made))
+    let made = b.add_texture(made);
+    if let Some(picture) = picture {
+        b.show(made, picture);
+    }
+    Ok(made)
 }
 
-fn bitmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
+fn bitmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     let bilinear = p.choice("filter_type", &["bilinear", "nearest"])? == "bilinear";
     let wrap = match p.choice("wrap_mode", &["repeat", "mirror", "clamp"])? {
         "mirror" => Wrap::Mirror,
@@ -102,21 +118,24 @@ fn bitmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
     p.boolean("accel", true)?;
     let file = p.required_text("filename")?;
     let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;
-    let image = b.picture(path, raw, p.at("filename"))?;
-    Ok(TextureKind::Bitmap { image, bilinear, wrap: [wrap; 2] })
+    let picture = b.picture(&path, raw, p.at("filename"));
+    let image = Arc::new(Raster::pending());
+    Ok((TextureKind::Bitmap { image, bilinear, wrap: [wrap; 2] }, Some(picture)))
 }
 
-fn checkerboard(b: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
+fn checkerboard(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     let [first, second] = CHECKERBOARD_GREYS;
-    Ok(TextureKind::Checkerboard { colors: [texture_of(b, p, "color0", first)?, texture_of(b, p, "color1", second)?] })
+    let role = SpectrumRole::Reflectance;
+    let colors = [texture_of(b, p, "color0", role, first)?, texture_of(b, p, "color1", role, second)?];
+    Ok((TextureKind::Checkerboard { colors }, None))
 }
 
-fn mesh_attribute(_: &mut Builder<'_>, p: &Params<'_>) -> Result<TextureKind> {
+fn mesh_attribute(_: &mut Builder<'_>, p: &Params<'_>) -> Result<Made> {
     let name = p.required_text("name")?;
     if !["vertex_", "face_"].iter().any(|start| name.starts_with(start)) {
         return Err(p.error("name", format!("an attribute's name begins with 'vertex_' or 'face_', unlike '{name}'")));
     }
-    Ok(TextureKind::Attribute { name: name.to_owned(), scale: p.float("scale")?.unwrap_or(1.0) })
+    Ok((TextureKind::Attribute { name: name.to_owned(), scale: p.float("scale")?.unwrap_or(1.0) }, None))
 }
 
 /// The texture `name` of an object; without a name, the only texture that it has.

@@ -1,12 +1,12 @@
 //! What shapes look like: materials, and lights on surfaces and apart from them.
 
 use super::geometry::Compiled;
-use super::lights::{self, Place, check_colour};
+use super::lights::{self, Place};
 use super::material::Materials;
 use super::{mesh_values, tangents, uvs};
-use crate::description::{self, SceneDescription};
+use crate::description::SceneDescription;
 use crate::error::Result;
-use crate::light::{AreaLight, Light, PointLight};
+use crate::light::{Light, PointLight};
 use crate::scene::Appearance;
 use crate::shape::Shape;
 use crate::shape::tangent::TangentField;
@@ -38,15 +38,13 @@ pub(super) fn compile(
     let mut makers = mesh_values::Makers::new(description);
     for (index, ((shape, &described), space)) in (0u32..).zip(shapes.iter().zip(kept).zip(spaces)) {
         let material = look.materials.index(description, described.bsdf, place.to_scene.unit)?;
+        let values = makers.of(described, shape)?;
         let light = match described.emission {
-            Some(description::Emission { radiance, .. }) if !radiance.is_black() => {
-                check_colour(&described.at, "a radiance", radiance)?;
-                let light = AreaLight::new(index, shape, radiance);
-                if light.is_none() {
-                    warnings.push(format!("{}: '{}' is too small to shed light", described.at, described.name));
-                }
+            Some(emission) if !emission.radiance.is_black() => {
+                let coat = (emission.texture.map(|_| uv_fields.of(described, shape, space)), values.clone());
+                let light = lights::area((index, shape), described, emission, coat, place, warnings)?;
                 let name = format!("'{}' ({})", described.name, described.at);
-                light.map(|l| look.add_light(Light::Area(l), name))
+                light.map(|light| look.add_light(light, name))
             }
             _ => None,
         };
@@ -56,12 +54,12 @@ pub(super) fn compile(
         let tangents = (needs.tangents && !along_uvs).then(|| add(&mut look.tangents, fields.of(described, shape)));
         let uvs =
             (needs.uvs || description.wants_uvs).then(|| add(&mut look.uvs, uv_fields.of(described, shape, space)));
-        let values = makers.of(described, shape)?.map(|values| add(&mut look.mesh_values, values));
+        let values = values.map(|values| add(&mut look.mesh_values, values));
         let is_emitter = described.emission.is_some();
         look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs, along_uvs, values });
     }
     for light in &description.lights {
-        if let Some((compiled, name)) = lights::compile(light, place)? {
+        if let Some((compiled, name)) = lights::compile(light, place, warnings)? {
             look.add_light(compiled, name);
         }
     }

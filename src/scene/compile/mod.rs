@@ -64,7 +64,8 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let bounds = geometry::bounds(description);
     let to_scene = ToScene::fitting(&bounds);
     let compiled = geometry::shapes(description, &to_scene, &mut warnings)?;
-    let mut look = look::compile(description, &compiled, &Place { bounds, to_scene }, &mut warnings)?;
+    let place = Place { bounds, to_scene, textures: Arc::new(textures::compile(description)) };
+    let mut look = look::compile(description, &compiled, &place, &mut warnings)?;
     let shapes = compiled.shapes;
     let start = Instant::now();
     let accel = Accel::build(options.accelerator, &shapes, options.threads)?;
@@ -86,7 +87,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         appearances: look.appearances,
         absorption: look.materials.absorption(),
         materials: look.materials.all,
-        textures: textures::compile(description),
+        textures: place.textures,
         tangents: look.tangents,
         uvs: look.uvs,
         mesh_values: look.mesh_values,
@@ -129,7 +130,7 @@ fn features(description: &SceneDescription, shapes: &[Shape], look: &Look) -> Fe
         transmission: lobes.clone().any(|l| l.transmits),
         anisotropy: lobes.clone().any(|l| l.anisotropic),
         textures: description.textures.iter().filter(|t| t.is_varying()).count() as u64,
-        area_lights: count(|l| matches!(l, Light::Area(_))),
+        area_lights: count(|l| matches!(l, Light::Area(_) | Light::Varying(_))),
         infinite_lights: count(is_sky),
         directional_lights: count(|l| matches!(l, Light::Directional(_))),
         point_lights: count(|l| matches!(l, Light::Point(_))),
