@@ -175,7 +175,7 @@ fn mean_over_normals<const N: usize>(
     f: impl Fn(Vec3, Vec3) -> [f32; N],
 ) -> [f32; N] {
     let Rule { along, across } = rule;
-    let wo = Vec3::new(safe_sqrt((1.0 - cos) * (1.0 + cos)), 0.0, cos);
+    let wo = seen_under(cos);
     let view = facets.view(wo);
     let mut sum = [0.0f64; N];
     for &(y, along) in along {
@@ -191,6 +191,11 @@ fn mean_over_normals<const N: usize>(
         }
     }
     sum.map(|s| s as f32 * (view.masking / view.visible))
+}
+
+/// A direction of this cosine in the plane of z and x.
+fn seen_under(cos: f32) -> Vec3 {
+    Vec3::new(safe_sqrt((1.0 - cos) * (1.0 + cos)), 0.0, cos)
 }
 
 /// How much of the light leaves facets that reflect everything by the normal `m` (G₁ of where it goes).
@@ -402,15 +407,18 @@ impl Interface {
         let rule: &Rule = if eta < 1.0 { &WITH_EDGE } else { &SMOOTH };
         Table::new(Grid::Stretched, |alpha, cos| {
             let facets = Microfacets::new(self.distribution, alpha, alpha);
+            let seen = facets.view(seen_under(cos));
+            // Over the factor that the mean is multiplied by.
+            let everything = seen.visible / seen.masking;
             mean_over_normals(&facets, cos, rule, |wo, m| {
                 let cos = min(wo.dot(m), 1.0);
                 let interface = fresnel::dielectric(cos, eta);
-                let back = 1.0 - reflected(&facets, wo, m);
+                let back = everything - reflected(&facets, wo, m);
                 if interface.transmittance == 0.0 {
                     return [back, 0.0, 0.0, 0.0, 0.0];
                 }
                 let wi = (cos / eta - interface.cos_t) * m - wo / eta;
-                let through = if wi.z < 0.0 { 1.0 - facets.g1(wi, m) } else { 1.0 };
+                let through = everything - if wi.z < 0.0 { facets.g1(wi, m) } else { 0.0 };
                 let g = contrast.part(interface.reflectance);
                 [0.0, back, back * g, through, through * (1.0 - g)]
             })

@@ -205,8 +205,8 @@ fn white_glass_returns_everything_inside() {
     }
 }
 
-/// Error of the albedo of a coat of less index than its surroundings: it has an edge where everything begins to be reflected,
-/// which a table does not resolve.
+/// Error of the albedo of a coat of less index than its surroundings, and of Beckmann's glass seen from inside (where 0.6 % was
+/// found): it has an edge where everything begins to be reflected, which a table does not resolve.
 const EDGE: f32 = 0.01;
 
 /// Metal, dielectrics and plastic of Mitsuba's with what they scatter several times.
@@ -259,7 +259,8 @@ fn what_is_scattered_several_times_makes_white_return_everything() {
                         }
                         let [.., energy] = albedos(&bsdf, cosine);
                         let off = (energy - 1.0).abs();
-                        let edge = if name.contains("plastic 0") { f64::from(EDGE) } else { 0.0 };
+                        let inside = cosine < 0.0 && distribution == Distribution::Beckmann;
+                        let edge = if inside || name.contains("plastic 0") { f64::from(EDGE) } else { 0.0 };
                         assert!(off < QUADRATURE + TABLES + edge, "{name}, cosine {cosine}: {energy}");
                     }
                 }
