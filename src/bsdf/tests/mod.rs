@@ -47,44 +47,50 @@ fn all_laws_hold(law: impl Fn(&Row, Vec3) -> Result<(), String>) {
 
 /// Hypothesis of each test: samples have the stated density. 5·10⁴ samples a test; the family is every row with a density
 /// times its directions, however the tests below share it, with a false-alarm rate of 1 % altogether; the seeds are fixed.
-fn samples_follow_the_density(of: impl Fn(&str) -> bool) {
+fn samples_follow_the_density(of: impl Fn(&str, Vec3) -> bool) {
     let rows = table().iter().filter(|row| row.bsdf.lobes().smooth);
     let tests = rows.map(|row| directions(row.bsdf.lobes().transmits).count()).sum();
     all_laws_hold(|row, wo| {
-        let asked = row.bsdf.lobes().smooth && of(&row.name);
+        let asked = row.bsdf.lobes().smooth && of(&row.name, wo);
         if asked { laws::density(&row.bsdf, wo, tests) } else { Ok(()) }
     });
 }
 
 #[test]
 fn samples_of_ggx_follow_the_density() {
-    samples_follow_the_density(|name| name.contains("Ggx") && !name.contains("several"));
+    samples_follow_the_density(|name, _| name.contains("Ggx") && !name.contains("several"));
 }
 
 #[test]
 fn samples_of_beckmann_follow_the_density() {
-    samples_follow_the_density(|name| name.contains("Beckmann") && !name.contains("several"));
+    samples_follow_the_density(|name, _| name.contains("Beckmann") && !name.contains("several"));
 }
 
 #[test]
 fn samples_of_principled_bsdfs_follow_the_density() {
-    samples_follow_the_density(|name| name.contains("principled"));
+    samples_follow_the_density(|name, _| name.contains("principled"));
 }
 
+/// Its density is a sum of many, which takes minutes to integrate: rows that differ from others by numbers only are left out,
+/// and all directions but one that is steep and one that grazes.
 #[test]
 fn samples_of_gltf_follow_the_density() {
-    samples_follow_the_density(|name| name.contains("glTF"));
+    const LIKE_OTHERS: [&str; 5] = ["gold", "dense", "tinted", "half glass", "film on metal"];
+    samples_follow_the_density(|name, wo| {
+        let asked = wo.z.abs() == 0.8 || wo.z.abs() == 0.1;
+        asked && name.contains("glTF") && !LIKE_OTHERS.iter().any(|like| name.contains(like))
+    });
 }
 
 #[test]
 fn samples_of_several_scatterings_follow_the_density() {
-    samples_follow_the_density(|name| name.contains("several"));
+    samples_follow_the_density(|name, _| name.contains("several"));
 }
 
 #[test]
 fn samples_of_all_others_follow_the_density() {
     let apart = ["Ggx", "Beckmann", "principled", "glTF"];
-    samples_follow_the_density(|name| !apart.into_iter().any(|other| name.contains(other)));
+    samples_follow_the_density(|name, _| !apart.into_iter().any(|other| name.contains(other)));
 }
 
 #[test]
