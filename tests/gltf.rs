@@ -466,30 +466,32 @@ fn materials_with_extensions() {
 }
 
 #[test]
-fn what_is_approximated_is_told() {
-    let warned = |material: Value, what: &str| {
-        let scene = with_material(material);
-        assert!(scene.warnings.iter().any(|w| w.contains(what)), "{:?}", scene.warnings);
-        gltf(&scene)
-    };
-    let (material, varying) = warned(
-        json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0.5, 0, 0, 1],
-            "specularFactor": [0.08, 0.04, 0.04], "glossinessFactor": 0.75, "specularGlossinessTexture": {"index": 0}}}}),
-        "the gloss of its texture is left out",
-    );
+fn ranges_older_models_and_what_is_left_out() {
+    let older = json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0.5, 0, 0, 1],
+        "specularFactor": [0.08, 0.04, 0.04], "glossinessFactor": 0.75, "specularGlossinessTexture": {"index": 0}}}});
+    let (material, varying) = gltf(&with_material(older));
     assert_eq!((material.base_color, material.metallic, material.roughness), (Rgb::new(0.5, 0.0, 0.0), 0.0, 0.25));
-    assert_eq!(varying[0].0, Parameter::SpecularColor);
+    assert_eq!((varying[0].0, varying[1].0), (Parameter::SpecularColor, Parameter::Roughness));
     assert!((material.specular_color.to_array()[0] - 2.0).abs() < 1e-5, "reflects 8 %");
-    let (material, _) = warned(
-        json!({"extensions": {"KHR_materials_iridescence":
-            {"iridescenceFactor": 1, "iridescenceThicknessTexture": {"index": 0}}}}),
-        "the film is of its mean thickness",
-    );
-    assert_eq!(material.iridescence_thickness, 250.0);
-    warned(
-        json!({"normalTexture": {"index": 0}, "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}}),
-        "the coat has the normal of what is below it",
-    );
+    // From 100 to 400 nm.
+    let scene = with_material(json!({"extensions": {"KHR_materials_iridescence":
+        {"iridescenceFactor": 1, "iridescenceThicknessTexture": {"index": 0}}}}));
+    let (Parameter::IridescenceThickness, id) = gltf(&scene).1[0] else { panic!() };
+    let TextureKind::Sum([least, more]) = scene.textures[id.0].kind else { panic!() };
+    let TextureKind::Product([range, _]) = scene.textures[more.0].kind else { panic!() };
+    let constant = |id: TextureId| {
+        if let TextureKind::Constant(c) = scene.textures[id.0].kind { c.to_array()[0] } else { f32::NAN }
+    };
+    assert_eq!([constant(least), constant(range)], [100.0, 300.0]);
+    // A coat has the surface's normal, or its own.
+    let coated = |coat: Value| {
+        let material = json!({"normalTexture": {"index": 0}, "extensions": {"KHR_materials_clearcoat": coat}});
+        gltf(&with_material(material)).0.coat_normal
+    };
+    assert_eq!(coated(json!({"clearcoatFactor": 1})), None);
+    let map = json!({"index": 0, "scale": 0.5});
+    let own = coated(json!({"clearcoatFactor": 1, "clearcoatNormalTexture": map}));
+    assert!(matches!(own, Some(NormalSource::Map { scale: 0.5, .. })), "{own:?}");
     let mut file = File::triangle();
     file.json["extensionsUsed"] = json!(["KHR_materials_anisotropy", "KHR_materials_ior"]);
     file.json["animations"] = json!([{"channels": [], "samplers": []}]);

@@ -204,6 +204,11 @@ impl Gltf {
         }
     }
 
+    /// The coat's normal in the local frame.
+    pub fn coat_normal(&self) -> Vec3 {
+        self.coat_normal
+    }
+
     /// Works out what follows from the parameters.
     fn follow(&mut self) {
         self.layers = Layers::new(self);

@@ -187,6 +187,8 @@ pub struct Gltf {
     pub clearcoat: f64,
     /// The square root of its microfacets' α.
     pub clearcoat_roughness: f64,
+    /// The coat's own normal; without one it is the surface's shading normal, whatever that of the base.
+    pub coat_normal: Option<NormalSource>,
     /// Colour of the sheen.
     pub sheen_color: Rgb,
     /// Roughness of the sheen.
@@ -221,6 +223,7 @@ impl Default for Gltf {
             volume: None,
             clearcoat: 0.0,
             clearcoat_roughness: 0.0,
+            coat_normal: None,
             sheen_color: Rgb::BLACK,
             sheen_roughness: 0.0,
             iridescence: 0.0,
@@ -302,6 +305,15 @@ pub enum NormalSource {
     },
 }
 
+impl NormalSource {
+    /// The texture that it asks.
+    pub fn texture(self) -> TextureId {
+        match self {
+            Self::Map { texture: id, .. } | Self::Bump { height: id, .. } => id,
+        }
+    }
+}
+
 /// What a surface must know of itself for its bsdf.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SurfaceNeeds {
@@ -334,10 +346,8 @@ impl Bsdf {
         let own = match self.kind {
             BsdfKind::Blend { weight, .. } => number(weight),
             BsdfKind::Mask { opacity, .. } => number(opacity),
-            BsdfKind::Perturbed {
-                normal: NormalSource::Map { texture: id, .. } | NormalSource::Bump { height: id, .. },
-                ..
-            } => Some(id),
+            BsdfKind::Perturbed { normal, .. } => Some(normal.texture()),
+            BsdfKind::Gltf(gltf) => gltf.coat_normal.map(NormalSource::texture),
             _ => None,
         };
         own.into_iter().chain(self.varying.iter().map(|(_, id)| *id)).collect()
@@ -387,6 +397,10 @@ impl Bsdf {
             BsdfKind::Blend { first, second, weight } => of(first).or(of(second)).or(number(weight)),
             BsdfKind::Mask { nested, opacity } => of(nested).or(number(opacity)),
             BsdfKind::Perturbed { nested, .. } => of(nested).or(SurfaceNeeds { uvs: true, tangents: true }),
+            BsdfKind::Gltf(gltf) => {
+                let coated = gltf.coat_normal.is_some();
+                SurfaceNeeds { uvs: coated, tangents: coated }
+            }
             BsdfKind::Principled { shared, .. } | BsdfKind::PrincipledThin { shared, .. } => {
                 SurfaceNeeds { uvs: false, tangents: shared.anisotropic > 0.0 }
             }
@@ -397,7 +411,6 @@ impl Bsdf {
             | BsdfKind::ThinDielectric { .. }
             | BsdfKind::Plastic { .. }
             | BsdfKind::RoughPlastic { .. }
-            | BsdfKind::Gltf(_)
             | BsdfKind::Null => SurfaceNeeds::default(),
         };
         let anisotropic = self.varying.iter().any(|(p, _)| *p == Parameter::Anisotropic);

@@ -49,6 +49,8 @@ pub enum TextureKind {
     },
     /// The product of two textures.
     Product([TextureId; 2]),
+    /// The sum of two textures.
+    Sum([TextureId; 2]),
     /// A channel of a texture as a grey.
     Channel {
         /// The texture.
@@ -93,7 +95,9 @@ impl Texture {
     /// The textures that it is made of.
     pub fn parts(&self) -> Vec<TextureId> {
         match self.kind {
-            TextureKind::Checkerboard { colors: parts } | TextureKind::Product(parts) => parts.to_vec(),
+            TextureKind::Checkerboard { colors: parts } | TextureKind::Product(parts) | TextureKind::Sum(parts) => {
+                parts.to_vec()
+            }
             TextureKind::Channel { of, .. } | TextureKind::Threshold { of, .. } => vec![of],
             TextureKind::Constant(_) | TextureKind::Bitmap { .. } | TextureKind::Attribute { .. } => Vec::new(),
         }

@@ -22,6 +22,8 @@ pub enum Node {
         bsdf: Bsdf,
         /// Those that do.
         varying: Vec<(Parameter, u32)>,
+        /// Where the normal of its coat comes from, if that is not the surface's.
+        coat_normal: Option<NormalSource>,
     },
     /// A node for each side.
     TwoSided {
@@ -164,7 +166,7 @@ impl Resolver<'_> {
             return;
         }
         match &self.graph.0[index as usize] {
-            Node::Leaf { bsdf, varying } => {
+            Node::Leaf { bsdf, varying, coat_normal } => {
                 let mut bsdf = bsdf.clone();
                 for &(parameter, texture) in varying {
                     let point = &self.place.point;
@@ -174,9 +176,14 @@ impl Resolver<'_> {
                     };
                     bsdf.set(parameter, value);
                 }
-                if let (Bsdf::Gltf(gltf), Some(perturbation)) = (&mut bsdf, &perturbation) {
-                    // The coat follows the surface, not the base's normal.
-                    gltf.set_coat_normal(perturbation.frame.to_local(Vec3::Z * perturbation.base));
+                if let Bsdf::Gltf(gltf) = &mut bsdf
+                    && (perturbation.is_some() || coat_normal.is_some())
+                {
+                    // The coat follows the surface or a map of its own, not the base's normal.
+                    let wo = self.place.wo;
+                    let n = coat_normal.map_or(Vec3::Z, |map| bent(self.mapped(map, None).normalize_or(Vec3::Z), wo));
+                    let base = perturbation.as_ref().map_or(1.0, |p| p.base);
+                    gltf.set_coat_normal(own(perturbation.as_ref(), n * base));
                 }
                 self.layers.push(Layer { weight, bsdf, perturbation });
             }
@@ -204,19 +211,24 @@ impl Resolver<'_> {
         }
     }
 
-    /// The frame of a perturbed normal, above `outer`.
-    fn perturbed(&self, normal: NormalSource, terminator: Terminator, outer: Option<Perturbation>) -> Perturbation {
-        let wo = own(outer.as_ref(), self.place.wo);
-        let mut n = match normal {
+    /// A normal in the frame `outer`, of any length.
+    fn mapped(&self, normal: NormalSource, outer: Option<&Perturbation>) -> Vec3 {
+        match normal {
             NormalSource::Map { texture, scale } => {
                 let n = self.textures.colour(texture, &self.place.point).0 * 2.0 - 1.0;
                 n * Vec3::new(scale, if self.place.mirrored { -scale } else { scale }, 1.0)
             }
             NormalSource::Bump { height, scale } => {
                 let gradient = self.textures.gradient(height, &self.place.point) * scale;
-                bumped(self.place.dp.map(|dp| own(outer.as_ref(), dp)), gradient)
+                bumped(self.place.dp.map(|dp| own(outer, dp)), gradient)
             }
-        };
+        }
+    }
+
+    /// The frame of a perturbed normal, above `outer`.
+    fn perturbed(&self, normal: NormalSource, terminator: Terminator, outer: Option<Perturbation>) -> Perturbation {
+        let wo = own(outer.as_ref(), self.place.wo);
+        let mut n = self.mapped(normal, outer.as_ref());
         let (flip_invalid, shadowing) = match terminator {
             Terminator::Cut { flip_invalid, shadowing } => (flip_invalid, shadowing),
             Terminator::Bend => (false, false),

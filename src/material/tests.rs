@@ -13,7 +13,7 @@ fn diffuse(reflectance: f32) -> Node {
 }
 
 fn leaf(bsdf: Bsdf) -> Node {
-    Node::Leaf { bsdf, varying: Vec::new() }
+    Node::Leaf { bsdf, varying: Vec::new(), coat_normal: None }
 }
 
 fn metal(alpha: f32) -> Node {
@@ -243,6 +243,7 @@ fn a_texture_gives_a_parameter_its_value() {
     let nodes = vec![Node::Leaf {
         bsdf: Bsdf::Conductor(Conductor { eta: Rgb::WHITE, k: Rgb::BLACK, reflectance: Rgb::WHITE }),
         varying: vec![(crate::bsdf::Parameter::SpecularReflectance, 0)],
+        coat_normal: None,
     }];
     let layers = layers(nodes, &textures(&[Rgb::new(0.1, 0.2, 0.3)]), Vec3::Z);
     let expected = Conductor { eta: Rgb::WHITE, k: Rgb::BLACK, reflectance: Rgb::new(0.1, 0.2, 0.3) };
@@ -265,7 +266,7 @@ fn layers_of_no_weight_are_left_out() {
 #[test]
 fn bent_normals_reflect() {
     let conductor = Bsdf::Conductor(crate::bsdf::Conductor { eta: Rgb::BLACK, k: Rgb::WHITE, reflectance: Rgb::WHITE });
-    let mirror = || Node::Leaf { bsdf: conductor.clone(), varying: vec![] };
+    let mirror = || Node::Leaf { bsdf: conductor.clone(), varying: vec![], coat_normal: None };
     let sample = |node: Node, map: Vec3, wo: Vec3| {
         let layers = layers(vec![mirror(), node], &textures(&[encoded(map)]), wo);
         Scatter::Layers(&layers).sample(wo, uniform(1))
@@ -281,4 +282,42 @@ fn bent_normals_reflect() {
         assert_eq!(bent.wi, cut.unwrap().wi);
     }
     assert!(sample(perturbed(0, 0, true, false), steep, Vec3::Z).is_none());
+}
+
+/// The coat of glTF has the surface's normal, whatever the base's, or that of a map of its own, also seen from behind.
+#[test]
+fn coats_have_normals_of_their_own() {
+    use crate::bsdf::{Gltf, GltfParameters};
+    let (base, coat) = (Vec3::new(0.4, 0.2, 0.9).normalize(), Vec3::new(-0.3, 0.1, 0.9).normalize());
+    let textures = textures(&[encoded(base), encoded(coat)]);
+    let gltf = || Gltf::new(GltfParameters { clearcoat: 1.0, ..GltfParameters::default() });
+    let map = |texture| NormalSource::Map { texture, scale: 1.0 };
+    let resolved = |coat_normal: Option<NormalSource>, is_bumpy: bool, wo: Vec3| {
+        let mut nodes = vec![
+            Node::Leaf { bsdf: Bsdf::Gltf(gltf()), varying: vec![], coat_normal },
+            Node::TwoSided { front: 0, back: 0 },
+        ];
+        if is_bumpy {
+            nodes.push(Node::Perturbed { nested: 1, normal: map(0), terminator: Terminator::Bend });
+        }
+        layers(nodes, &textures, wo).remove(0)
+    };
+    // Where a normal of the shading frame is in the layer's own, on the side of the viewer.
+    let seen = |layer: &Layer, n: Vec3, wo: Vec3| {
+        let n = if wo.z < 0.0 { -n } else { n };
+        layer.perturbation.as_ref().map_or(n, |p| p.frame.to_local(n))
+    };
+    for wo in [towards(0.1, 0.2, 0.9), towards(0.1, 0.2, -0.9)] {
+        for (coat_normal, is_bumpy, expected) in
+            [(None, true, Vec3::Z), (Some(map(1)), true, coat), (Some(map(1)), false, coat), (None, false, Vec3::Z)]
+        {
+            let layer = resolved(coat_normal, is_bumpy, wo);
+            let Bsdf::Gltf(found) = &layer.bsdf else { unreachable!("it is the only leaf") };
+            let mut expected_bsdf = gltf();
+            expected_bsdf.set_coat_normal(seen(&layer, expected, wo));
+            let difference = (found.coat_normal() - expected_bsdf.coat_normal()).length();
+            // Normals in f32, normalised and turned into the frame and back.
+            assert!(difference < 1e-5, "{coat_normal:?} {is_bumpy} {wo}: {difference}");
+        }
+    }
 }

@@ -29,6 +29,10 @@ impl Textures {
                 let [a, b] = [range(factors[0])?, range(factors[1])?];
                 bounds(a.into_iter().flat_map(|a| b.map(|b| a * b)))
             }
+            TextureKind::Sum(terms) => {
+                let [a, b] = [range(terms[0])?, range(terms[1])?];
+                bounds([a[0] + b[0], a[1] + b[1]].into_iter())
+            }
             TextureKind::Channel { channel: Channel::Alpha, .. } | TextureKind::Threshold { .. } => Some(UNIT),
             TextureKind::Channel { of, .. } => range(*of),
         }

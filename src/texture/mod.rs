@@ -69,6 +69,8 @@ pub enum TextureKind {
     },
     /// The product of two textures.
     Product([u32; 2]),
+    /// The sum of two textures.
+    Sum([u32; 2]),
     /// A channel of a texture as a grey.
     Channel {
         /// The texture.
@@ -133,6 +135,10 @@ impl Textures {
                 let [a, b] = factors.map(|factor| self.colour(factor, at));
                 a * b
             }
+            TextureKind::Sum(terms) => {
+                let [a, b] = terms.map(|term| self.colour(term, at));
+                a + b
+            }
             TextureKind::Channel { .. } | TextureKind::Threshold { .. } => Rgb::splat(self.number(index, at)),
         }
     }
@@ -151,6 +157,7 @@ impl Textures {
             }
             // Where a number is asked for, the factors are greys.
             TextureKind::Product(factors) => factors.iter().map(|factor| self.number(*factor, at)).product(),
+            TextureKind::Sum(terms) => terms.iter().map(|term| self.number(*term, at)).sum(),
             TextureKind::Channel { of, channel } => match channel {
                 Channel::Red => self.colour(*of, at).0.x,
                 Channel::Green => self.colour(*of, at).0.y,
@@ -170,6 +177,7 @@ impl Textures {
             TextureKind::Product(factors) => factors.iter().map(|factor| self.alpha(*factor, at)).product(),
             TextureKind::Constant(_)
             | TextureKind::Checkerboard { .. }
+            | TextureKind::Sum(_)
             | TextureKind::Channel { .. }
             | TextureKind::Threshold { .. } => 1.0,
         }

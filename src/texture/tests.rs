@@ -157,11 +157,15 @@ fn textures_are_made_of_textures() {
         TextureKind::Product([3, 4]),
         TextureKind::Threshold { of: 4, cutoff: 0.125 },
         TextureKind::Threshold { of: 4, cutoff: 0.126 },
+        TextureKind::Sum([0, 7]),
     ]);
     let at = TexturePoint::new(Vec2::ZERO);
     assert_eq!(all.colour(2, &at), Rgb::new(0.25, 0.125, 1.0));
     assert_eq!([3, 4, 5, 6, 7, 8, 9].map(|i| all.number(i, &at)), [1.0, 0.125, 0.25, 1.0, 0.125, 1.0, 0.0]);
     assert_eq!(all.colour(7, &at), Rgb::splat(0.125));
+    assert_eq!(all.colour(10, &at), Rgb::new(0.625, 0.375, 2.125));
+    // Of a channel no more is known than of all: from 0.125·0.125 to 1 in the product.
+    assert_eq!(all.range(10, None), Some([0.25 + 0.015_625, 2.0 + 1.0]));
 }
 
 #[test]

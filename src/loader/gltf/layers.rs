@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::spectrum::Rgb;
 use gltf::json::Material;
 use gltf::json::extensions::material::PbrSpecularGlossiness;
+use gltf::json::material::NormalTexture;
 use gltf::json::texture::Info;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -28,7 +29,7 @@ struct Clearcoat {
     clearcoat_texture: Option<Info>,
     clearcoat_roughness_factor: f32,
     clearcoat_roughness_texture: Option<Info>,
-    clearcoat_normal_texture: Option<gltf::json::Value>,
+    clearcoat_normal_texture: Option<NormalTexture>,
 }
 
 impl Default for Clearcoat {
@@ -142,7 +143,7 @@ fn colour(
     Ok(factor)
 }
 
-/// The older model is a dielectric whose reflectance is coloured; what cannot be said of it is the texture of its gloss.
+/// The older model is a dielectric whose reflectance is coloured.
 fn specular_glossiness(m: &mut Materials<'_>, old: &PbrSpecularGlossiness, surface: &mut Surface) -> Result<()> {
     const NAME: &str = "KHR_materials_pbrSpecularGlossiness";
     let gloss = m.number(&place(surface, &format!("{NAME}.glossinessFactor")), old.glossiness_factor.0)?;
@@ -156,7 +157,13 @@ fn specular_glossiness(m: &mut Materials<'_>, old: &PbrSpecularGlossiness, surfa
         let picture = m.look_up(info, &format!("extensions.{NAME}.specularGlossinessTexture"), false, surface)?;
         let product = m.textures.product(Value::Constant(surface.gltf.specular_color), picture);
         surface.varying.extend(product.texture().map(|id| (Parameter::SpecularColor, id)));
-        m.model.warn(&place(surface, NAME), "the gloss of its texture is left out");
+        // Roughness is 1 − gloss.
+        if gloss > 0.0 {
+            let own = m.textures.channel(picture, Channel::Alpha);
+            let less = m.textures.product(Value::Constant(Rgb::splat(-gloss as f32)), own);
+            let roughness = m.textures.sum(Value::ONE, less);
+            surface.varying.extend(roughness.texture().map(|id| (Parameter::Roughness, id)));
+        }
     }
     Ok(())
 }
@@ -212,11 +219,9 @@ fn clearcoat(m: &mut Materials<'_>, material: &Material, surface: &mut Surface) 
     let texture = own.clearcoat_roughness_texture.as_ref().map(|info| (info, Channel::Green));
     let factor = (Parameter::ClearcoatRoughness, own.clearcoat_roughness_factor);
     surface.gltf.clearcoat_roughness = unit(m, surface, (NAME, "clearcoatRoughness"), factor, texture)?;
-    // Right where both have the same map, or none.
-    let base = material.normal_texture.as_ref().map(|base| base.index.value() as u64);
-    let coat = own.clearcoat_normal_texture.as_ref();
-    if coat.and_then(|coat| coat.get("index")?.as_u64()) != base {
-        m.model.warn(&place(surface, NAME), "the coat has the normal of what is below it, not its own");
+    if let Some(info) = &own.clearcoat_normal_texture {
+        let name = format!("extensions.{NAME}.clearcoatNormalTexture");
+        surface.gltf.coat_normal = m.normal_map(info, &name, surface)?;
     }
     Ok(())
 }
@@ -253,13 +258,16 @@ fn iridescence(m: &mut Materials<'_>, material: &Material, surface: &mut Surface
     surface.gltf.iridescence_ior = ior;
     surface.gltf.iridescence_thickness = most;
     match &own.iridescence_thickness_texture {
-        Some(info) if least == 0.0 && most > 0.0 => {
+        // From the least to the most as the texture goes from 0 to 1.
+        Some(info) if least != most => {
             let picture = m.look_up(info, &format!("extensions.{NAME}.iridescenceThicknessTexture"), true, surface)?;
-            m.vary(surface, (Parameter::IridescenceThickness, most), picture, Channel::Green);
-        }
-        Some(_) if least != most => {
-            surface.gltf.iridescence_thickness = 0.5 * (least + most);
-            m.model.warn(&name("iridescenceThicknessTexture"), "it is left out: the film is of its mean thickness");
+            let part = m.textures.channel(picture, Channel::Green);
+            let more = m.textures.product(Value::Constant(Rgb::splat((most - least) as f32)), part);
+            let thickness = match least == 0.0 {
+                true => more,
+                false => m.textures.sum(Value::Constant(Rgb::splat(least as f32)), more),
+            };
+            surface.varying.extend(thickness.texture().map(|id| (Parameter::IridescenceThickness, id)));
         }
         _ => {}
     }

@@ -14,7 +14,7 @@ use crate::description::{
 use crate::error::Result;
 use crate::spectrum::Rgb;
 use gltf::json::Material;
-use gltf::json::material::AlphaMode;
+use gltf::json::material::{AlphaMode, NormalTexture};
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked;
 use std::collections::HashMap;
@@ -47,6 +47,8 @@ pub(super) struct Surface {
     pub(super) varying: Vec<(Parameter, TextureId)>,
     /// The sets of texture coordinates that it looks up.
     pub(super) sets: Vec<u32>,
+    /// The place among those of a normal map's.
+    pub(super) tangents: Option<usize>,
     /// Where in the JSON.
     pub(super) place: String,
 }
@@ -98,13 +100,12 @@ impl<'m> Materials<'m> {
 
     fn make(&mut self, material: &Material, colors: bool, place: String) -> Result<Look> {
         let sets = if self.model.wants_uvs { vec![0] } else { Vec::new() };
-        let mut surface = Surface { gltf: Gltf::default(), varying: Vec::new(), sets, place };
+        let mut surface = Surface { gltf: Gltf::default(), varying: Vec::new(), sets, tangents: None, place };
         let name = material.name.as_deref().unwrap_or("");
         let extensions = material.extensions.as_ref();
         let is_unlit = extensions.is_some_and(|e| e.unlit.is_some());
         let base = self.base(material, colors, &mut surface)?;
         let opacity = self.opacity(material, base, &surface.place)?;
-        let mut tangents = None;
         let (own, emission) = if is_unlit {
             let black = self.add(name, BsdfKind::Diffuse { reflectance: Rgb::BLACK }, Vec::new());
             (self.sided(name, black, &surface, material.double_sided), (base.factor, base.varying))
@@ -120,8 +121,7 @@ impl<'m> Materials<'m> {
             let is_double = material.double_sided || surface.gltf.transmission > 0.0;
             // A bump seen from behind is a dent: there a normal map turns the surface before its side is chosen.
             let inner = if material.double_sided { self.sided(name, leaf, &surface, true) } else { leaf };
-            let (own, set) = self.normal(material, inner, &mut surface)?;
-            tangents = set;
+            let own = self.normal(material, inner, &mut surface)?;
             let own = if is_double { own } else { self.sided(name, own, &surface, false) };
             (own, self.glow(material, &mut surface)?)
         };
@@ -131,7 +131,7 @@ impl<'m> Materials<'m> {
             opacity => Some(self.add(name, BsdfKind::Mask { nested: own, opacity }, Vec::new())),
         };
         let emission = self.emission(emission, opacity, material.double_sided, !is_unlit);
-        Ok(Look { bsdf, emission, wanted: Wanted { sets: surface.sets, colors, tangents } })
+        Ok(Look { bsdf, emission, wanted: Wanted { sets: surface.sets, colors, tangents: surface.tangents } })
     }
 
     /// With the same behind it, or nothing. What transmits has two sides of its own.
@@ -213,22 +213,30 @@ impl<'m> Materials<'m> {
         Ok(())
     }
 
-    /// The bsdf under its normal map, if it has one, and the place of the map's texture coordinates.
-    fn normal(&mut self, material: &Material, leaf: BsdfId, surface: &mut Surface) -> Result<(BsdfId, Option<usize>)> {
-        let Some(info) = &material.normal_texture else { return Ok((leaf, None)) };
-        let place = format!("{}.normalTexture", surface.place);
+    /// The bsdf under its normal map, if it has one.
+    fn normal(&mut self, material: &Material, leaf: BsdfId, surface: &mut Surface) -> Result<BsdfId> {
+        let Some(info) = &material.normal_texture else { return Ok(leaf) };
+        let Some(normal) = self.normal_map(info, "normalTexture", surface)? else { return Ok(leaf) };
+        let kind = BsdfKind::Perturbed { nested: leaf, normal, terminator: Terminator::Bend };
+        Ok(self.add(material.name.as_deref().unwrap_or(""), kind, Vec::new()))
+    }
+
+    /// Where a normal comes from, unless it is flat. If it is the material's first, tangents follow its texture coordinates.
+    pub(super) fn normal_map(
+        &mut self,
+        info: &NormalTexture,
+        name: &str,
+        surface: &mut Surface,
+    ) -> Result<Option<NormalSource>> {
+        let place = format!("{}.{name}", surface.place);
         let limits = (f64::from(f32::MIN), f64::from(f32::MAX));
         let scale = self.model.number(&format!("{place}.scale"), f64::from(info.scale), limits.0, limits.1)?;
         let reference = Reference::normal(self.model, info, &place)?;
         let picture = self.textures.picture(&reference, true, &mut surface.sets)?;
-        let Some(texture) = picture.texture().filter(|_| scale != 0.0) else { return Ok((leaf, None)) };
-        let kind = BsdfKind::Perturbed {
-            nested: leaf,
-            normal: NormalSource::Map { texture, scale },
-            terminator: Terminator::Bend,
-        };
+        let Some(texture) = picture.texture().filter(|_| scale != 0.0) else { return Ok(None) };
         let set = surface.sets.iter().position(|&s| s == reference.set());
-        Ok((self.add(material.name.as_deref().unwrap_or(""), kind, Vec::new()), set))
+        surface.tangents = surface.tangents.or(set);
+        Ok(Some(NormalSource::Map { texture, scale }))
     }
 
     /// What it emits: what does not vary, and what does.

@@ -169,6 +169,16 @@ impl<'m> Textures<'m> {
         }
     }
 
+    pub(super) fn sum(&mut self, a: Value, b: Value) -> Value {
+        match (a, b) {
+            (Value::Constant(a), Value::Constant(b)) => Value::Constant(a + b),
+            _ => {
+                let terms = [self.as_texture(a), self.as_texture(b)];
+                self.combine(TextureKind::Sum(terms))
+            }
+        }
+    }
+
     /// A channel of a picture or of vertex colours. Of a constant colour it is that channel.
     pub(super) fn channel(&mut self, of: Value, channel: Channel) -> Value {
         match of {

@@ -94,7 +94,7 @@ pub(super) fn check(description: &SceneDescription) -> Result<()> {
 fn sides(description: &SceneDescription, id: BsdfId) -> Result<Option<Sides>> {
     let plain = |id: BsdfId| {
         let bsdf = &description.bsdfs[id.0];
-        if bsdf.varying.is_empty() { leaf(&bsdf.kind) } else { None }
+        if bsdf.asked_textures().is_empty() { leaf(&bsdf.kind) } else { None }
     };
     let BsdfKind::TwoSided { front, back } = description.bsdfs[id.0].kind else {
         return Ok(plain(id).map(|front| Sides { front, back: None }));
@@ -160,7 +160,8 @@ impl Builder<'_> {
                 let varying = bsdf.varying.iter().map(|&(p, texture)| (p, texture.0 as u32)).collect();
                 // Everything that is not a combination is a leaf.
                 let bsdf = leaf(kind).ok_or_else(|| Error::scene(&bsdf.at, "this cannot be a part of a bsdf"))?;
-                Node::Leaf { bsdf, varying }
+                let coat_normal = if let BsdfKind::Gltf(gltf) = kind { gltf.coat_normal } else { None };
+                Node::Leaf { bsdf, varying, coat_normal: coat_normal.map(|normal| self.normal(normal)) }
             }
         };
         self.nodes.push(node);

@@ -55,6 +55,7 @@ fn texture(texture: &description::Texture, attributes: &[&str]) -> Texture {
             TextureKind::Attribute { index: place as u32, scale: *scale as f32 }
         }
         description::TextureKind::Product(factors) => TextureKind::Product(factors.map(index)),
+        description::TextureKind::Sum(terms) => TextureKind::Sum(terms.map(index)),
         &description::TextureKind::Channel { of, channel: which } => {
             TextureKind::Channel { of: index(of), channel: channel(which) }
         }
