@@ -102,7 +102,7 @@ const MAX_THREADS: i64 = 1024;
 /// What to read, and what to change in it.
 #[derive(Debug, Args)]
 pub(super) struct SceneArgs {
-    /// The scene: a Mitsuba 3 XML file, or a mesh (.obj, .ply) to be shown by itself.
+    /// The scene: a Mitsuba 3 XML file, glTF 2.0 (.gltf, .glb), or a mesh (.obj, .ply) to be shown by itself.
     pub(super) scene: PathBuf,
     /// Set a parameter that the scene declares by `<default>`.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
