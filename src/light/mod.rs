@@ -8,8 +8,10 @@ mod directional;
 mod environment;
 mod point;
 mod projector;
+mod reach;
 mod slide;
 mod spot;
+mod tree;
 mod uniform;
 mod varying;
 
@@ -19,8 +21,10 @@ pub use directional::DirectionalLight;
 pub use environment::EnvironmentLight;
 pub use point::PointLight;
 pub use projector::ProjectorLight;
+pub use reach::{Reach, Receiver};
 pub use slide::Slide;
 pub use spot::{SpotLight, SpotSlide};
+pub use tree::LightTree;
 pub use uniform::UniformLightSampler;
 pub use varying::{Coat, VaryingLight};
 

@@ -1,0 +1,204 @@
+//! Where a light is and where it shines, and how much of it can arrive at a point: an upper bound, but for visibility.
+//!
+//! Conty Estevez and Kulla 2018, *Importance Sampling of Many Lights with Adaptive Tree Splitting*, sections 4.1 and 4.4; the
+//! angles by cosines and sines as in pbrt-v4, section 12.6.3.
+
+use crate::math::bounds::Bounds;
+use crate::math::float::{max, min};
+use glam::Vec3;
+use std::f32::consts::PI;
+
+/// A light, or several together.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// A box around all points.
+    pub bounds: Bounds,
+    /// The middle of all normals.
+    pub axis: Vec3,
+    /// Cosine of the largest angle of a normal with the axis.
+    pub cos_normals: f32,
+    /// Cosine of the largest angle with a normal in which light leaves.
+    pub cos_emission: f32,
+    /// π times the irradiance of a small surface that faces the light at distance 1, as far as distance and angles do not
+    /// lessen it: π·L·A of a surface, π·I of a point.
+    pub power: f32,
+    /// Whether light leaves on either side of a normal.
+    pub both_sides: bool,
+}
+
+/// Where light arrives.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// The point, in the compiled scene's space.
+    pub p: Vec3,
+    /// The normal on the side from which light is scattered; zero where it is from both sides.
+    pub n: Vec3,
+}
+
+/// Cosines this far beyond the limits of what a light reaches still count, as this much: the bounds are rounded, and what is
+/// never chosen would be missing.
+const SLACK: f32 = 1e-3;
+
+/// Largest bound, so that sums of bounds are finite.
+const MOST: f32 = 1e30;
+
+/// Sine of an angle of [0, π] by its cosine.
+fn sine(cos: f32) -> f32 {
+    max(0.0, 1.0 - cos * cos).sqrt()
+}
+
+/// Cosine of max(0, a − b), of angles in [0, π], by their cosines.
+fn cos_of_difference(cos_a: f32, cos_b: f32) -> f32 {
+    if cos_a > cos_b { 1.0 } else { cos_a * cos_b + sine(cos_a) * sine(cos_b) }
+}
+
+impl Reach {
+    /// A bound on what arrives at a receiver: [`Self::power`], lessened by the square of the distance and by the cosines of
+    /// the smallest angles at either end.
+    pub fn importance(&self, at: &Receiver) -> f32 {
+        let half = self.bounds.extent() * 0.5;
+        let to = (self.bounds.min + half) - at.p;
+        let (radius_squared, distance_squared) = (half.length_squared(), to.length_squared());
+        // From inside the sphere around the box the directions to it are all there are.
+        let cos_box = match distance_squared > radius_squared {
+            true => max(0.0, 1.0 - radius_squared / distance_squared).sqrt(),
+            false => -1.0,
+        };
+        let near = max(distance_squared, radius_squared);
+        if !(near > 0.0) {
+            // A light without size shines on everything but itself.
+            return 0.0;
+        }
+        let wi = if distance_squared > 0.0 { to / distance_squared.sqrt() } else { Vec3::ZERO };
+        let along = -self.axis.dot(wi);
+        let cos_axis = if self.both_sides { along.abs() } else { along };
+        let cos_light = cos_of_difference(cos_of_difference(cos_axis, self.cos_normals), cos_box);
+        if cos_light < self.cos_emission - SLACK {
+            return 0.0;
+        }
+        let mut importance = self.power * max(cos_light, SLACK) / near;
+        if at.n != Vec3::ZERO {
+            let cos_receiver = cos_of_difference(at.n.dot(wi), cos_box);
+            if cos_receiver < -SLACK {
+                return 0.0;
+            }
+            importance *= max(cos_receiver, SLACK);
+        }
+        min(importance, MOST)
+    }
+
+    /// Both together.
+    pub fn union(&self, other: &Self) -> Self {
+        let (axis, cos_normals) = cone_union((self.axis, self.cos_normals), (other.axis, other.cos_normals));
+        Self {
+            bounds: self.bounds.union(other.bounds),
+            axis,
+            cos_normals,
+            cos_emission: min(self.cos_emission, other.cos_emission),
+            power: self.power + other.power,
+            both_sides: self.both_sides || other.both_sides,
+        }
+    }
+
+    /// What a split costs besides power: the solid angle into which light is sent, its limits softened (the M_Ω of the
+    /// paper's section 4.4).
+    pub fn orientation_cost(&self) -> f32 {
+        let (normals, emission) = (libm::acosf(self.cos_normals), libm::acosf(self.cos_emission));
+        let wide = min(normals + emission, PI);
+        let (sin, cos) = (sine(self.cos_normals), self.cos_normals);
+        2.0 * PI * (1.0 - cos)
+            + PI / 2.0 * (2.0 * wide * sin - libm::cosf(normals - 2.0 * wide) - 2.0 * normals * sin + cos)
+    }
+}
+
+/// A cone around two cones, each an axis and the cosine of its half angle.
+fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
+    let (wide, narrow) = if a.1 <= b.1 { (a, b) } else { (b, a) };
+    let whole = (wide.0, -1.0);
+    let between = libm::acosf(wide.0.dot(narrow.0).clamp(-1.0, 1.0));
+    let (half_wide, half_narrow) = (libm::acosf(wide.1), libm::acosf(narrow.1));
+    if min(between + half_narrow, PI) <= half_wide {
+        return wide;
+    }
+    let half = 0.5 * (half_wide + between + half_narrow);
+    let side = wide.0.cross(narrow.0);
+    let Some(side) = side.try_normalize().filter(|_| half < PI) else { return whole };
+    // The wide cone's axis, turned towards the narrow one's by what it lacks.
+    let (sin, cos) = (libm::sinf(half - half_wide), libm::cosf(half - half_wide));
+    let axis = wide.0 * cos + side.cross(wide.0) * sin;
+    // Rounded outwards.
+    (axis.normalize_or(wide.0), max(-1.0, libm::cosf(half) - 4.0 * f32::EPSILON))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn direction() -> impl Strategy<Value = Vec3> {
+        (-1.0_f32..1.0, 0.0_f32..6.3).prop_map(|(z, phi)| {
+            let r = sine(z);
+            Vec3::new(r * libm::cosf(phi), r * libm::sinf(phi), z).normalize()
+        })
+    }
+
+    proptest! {
+        /// Whatever is in one of two cones is in their union.
+        #[test]
+        fn cones_contain_their_parts(a in direction(), b in direction(), w in direction(), x in -1.0_f32..1.0, y in -1.0_f32..1.0) {
+            let (axis, cos) = cone_union((a, x), (b, y));
+            for (part, cos_part) in [(a, x), (b, y)] {
+                if w.dot(part) >= cos_part {
+                    prop_assert!(w.dot(axis) >= cos - 1e-5, "{} {}", w.dot(axis), cos);
+                }
+            }
+        }
+
+        /// No surface element of a light sends more to a receiver than the bound says.
+        #[test]
+        fn importance_is_a_bound(
+            corner in direction(), size in direction(), n in direction(), axis in direction(), cone in -1.0_f32..1.0,
+            inside in [0.0_f32..1.0, 0.0..1.0, 0.0..1.0], m in direction(),
+        ) {
+            let bounds = Bounds::of([corner * 1.5, corner * 1.5 + size * 0.7]);
+            let reach = Reach { bounds, axis, cos_normals: cone, cos_emission: 0.0, power: 1.0, both_sides: false };
+            // A point of the box with a normal of the cone.
+            let q = bounds.min + bounds.extent() * Vec3::from(inside);
+            prop_assume!(m.dot(axis) >= cone);
+            for receiver in [n, Vec3::ZERO] {
+                let to = q;
+                let (d2, wi) = (to.length_squared(), to.normalize());
+                let cos_receiver = if receiver == Vec3::ZERO { 1.0 } else { max(0.0, wi.dot(receiver)) };
+                let sent = max(0.0, -wi.dot(m)) * cos_receiver / d2;
+                let bound = reach.importance(&Receiver { p: Vec3::ZERO, n: receiver });
+                // From inside the sphere around the box the distance is that of the sphere's rim: no bound any more, but
+                // never nothing.
+                let half = bounds.extent() * 0.5;
+                if (bounds.min + half).length() > half.length() {
+                    let nearest = (bounds.min + half).length() - half.length();
+                    let scale = d2 / (bounds.min + half).length_squared();
+                    prop_assert!(sent * scale <= bound * (1.0 + 1e-4) + 1e-6, "{sent} {bound} {nearest}");
+                } else if sent > 0.0 {
+                    prop_assert!(bound > 0.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_shines_on_all_but_itself() {
+        let point = Reach {
+            bounds: Bounds::of([Vec3::X]),
+            axis: Vec3::Z,
+            cos_normals: -1.0,
+            cos_emission: 0.0,
+            power: 2.0,
+            both_sides: false,
+        };
+        let at = |p, n| point.importance(&Receiver { p, n });
+        assert_eq!(at(Vec3::X, Vec3::ZERO), 0.0);
+        assert!((at(Vec3::X * 3.0, Vec3::ZERO) - 0.5).abs() < 1e-6);
+        assert_eq!(at(Vec3::X * 3.0, Vec3::X), 0.0);
+        assert!(at(Vec3::X * (1.0 + f32::EPSILON), Vec3::ZERO) <= MOST);
+    }
+}
