@@ -10,6 +10,7 @@ use glam::{DVec3, Vec2, Vec3};
 use snell::accel::Accelerator;
 use snell::light::Light;
 use snell::sampler::{Sampler, SamplerKind};
+use snell::sampling::cells::Cells;
 use snell::sampling::warp;
 use snell::scene::Scene;
 use snell::shape::Shape;
@@ -107,5 +108,24 @@ fn solid_angle(scene: &Scene, light: &Light, p: DVec3) -> Option<f64> {
     Some(2.0 * PI * (1.0 - (1.0 - sine * sine).sqrt()))
 }
 
-criterion_group!(benches, numbers, warps, lights);
+/// Cells of grids as large as environment maps, which do not fit into a cache; their mean column is checked.
+fn cells(c: &mut Criterion) {
+    let points = points();
+    let mut group = c.benchmark_group("cells");
+    group.throughput(Throughput::Elements(points.len() as u64));
+    for height in [64, 512, 2048] {
+        let width = 2 * height;
+        let weight = |x: usize, _| if x % 16 == 3 { 100.0 } else { 1.0 };
+        let (cells, sum) = Cells::new(width, height, weight).unwrap();
+        let column = |u: &Vec2| cells.sample(*u).0[0] as f32;
+        let mean = (0..width).map(|x| x as f64 * weight(x, 0)).sum::<f64>() * height as f64 / sum;
+        check_mean("cells", points.iter().map(column), mean);
+        group.bench_function(BenchmarkId::from_parameter(format!("{width}x{height}")), |b| {
+            b.iter(|| points.iter().map(|&u| cells.sample(black_box(u)).1).sum::<Vec2>());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, numbers, warps, lights, cells);
 criterion_main!(benches);

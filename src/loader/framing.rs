@@ -118,5 +118,5 @@ pub(crate) fn surroundings() -> LightKind {
             map.set(x, y, sky + SUN.0 * spot);
         }
     }
-    LightKind::Environment { map: Arc::new(map), scale: 1.0, to_world: DMat3::IDENTITY, mis_compensation: false }
+    LightKind::Environment { map: Arc::new(map), scale: 1.0, to_world: DMat3::IDENTITY, mis_compensation: true }
 }

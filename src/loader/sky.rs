@@ -51,7 +51,7 @@ impl Sky {
             map: Arc::new(map.padded(width, height)),
             scale: 1.0,
             to_world: DMat3::from_rotation_y(self.degrees.to_radians()),
-            mis_compensation: false,
+            mis_compensation: true,
         };
         scene.lights.retain(|l| !matches!(l.kind, LightKind::Constant { .. } | LightKind::Environment { .. }));
         scene.lights.push(Light { at: Span::whole(self.file.as_path()), kind });

@@ -84,7 +84,8 @@ fn envmap(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Emitter> {
     if (size - 1.0).abs() > SIMILARITY_TOLERANCE {
         b.warn(p.at("to_world"), "that to_world scales an envmap changes nothing, for it is infinitely far away");
     }
-    let mis_compensation = p.boolean("mis_compensation", false)?;
+    // Mitsuba's default is false: it asks those who know that they combine. Here the integrators themselves say so.
+    let mis_compensation = p.boolean("mis_compensation", true)?;
     Ok(Emitter::Light(LightKind::Environment { map, scale, to_world: m * size.recip(), mis_compensation }))
 }
 
