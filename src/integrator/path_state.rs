@@ -6,7 +6,7 @@ use crate::math::ray::Ray;
 use crate::sampler::Stream;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::spectrum::Rgb;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// How the current segment was sampled, as far as light at its end is concerned.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,8 @@ pub(super) enum Segment {
         pdf: SolidAnglePdf,
         /// The vertex.
         from: DVec3,
+        /// The normal by which lights were chosen there: see [`crate::light::Receiver`].
+        n: Vec3,
     },
 }
 

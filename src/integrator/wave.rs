@@ -17,9 +17,10 @@ use super::technique::Technique;
 use crate::accel::{Hit, Start};
 use crate::camera::Camera;
 use crate::film::SampleId;
-use crate::light::{Light, VaryingLight};
-use crate::material::Layer;
+use crate::light::{Light, Receiver, VaryingLight};
+use crate::material::{Layer, Scatter};
 use crate::math::float::{UNIT_ROUNDOFF, min};
+use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::sampler::{Batch, BsdfUniforms, LightUniforms, Sampler};
 use crate::sampling::pdf::SolidAnglePdf;
@@ -287,7 +288,7 @@ impl Walker<'_> {
         path.throughput *= sample.weight;
         path.eta_squared *= sample.eta * sample.eta;
         path.segment = match sample.pdf {
-            Some(pdf) => Segment::Smooth { pdf, from: surface.p() },
+            Some(pdf) => Segment::Smooth { pdf, from: surface.p(), n: self.receiving_normal(&surface) },
             None => {
                 if sample.wi == -wo {
                     // Straight through: as if there were nothing, as far as alpha goes.
@@ -334,14 +335,14 @@ impl Walker<'_> {
         if path.depth == 1 && self.limits.hides_sky() {
             return;
         }
-        for &index in &self.scene.infinite_lights {
-            let (radiance, pdf) = match &self.scene.lights[index as usize] {
+        for index in self.scene.infinite_lights.iter().map(|i| *i as usize) {
+            let (radiance, pdf) = match &self.scene.lights[index] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => light.seen(&{ path.ray.d }, T::COMBINES),
                 _ => continue,
             };
             if !radiance.is_black() {
-                self.found::<T>(path, radiance, |_| pdf, record);
+                self.found::<T>(path, radiance, index, |_| pdf, record);
             }
         }
     }
@@ -355,16 +356,18 @@ impl Walker<'_> {
         hit: Hit,
         record: &mut impl Record,
     ) {
-        let Some(index) = surface.light else { return };
-        match &self.scene.lights[index as usize] {
+        let Some(index) = surface.light.map(|i| i as usize) else { return };
+        match &self.scene.lights[index] {
             Light::Area(light) => {
                 let radiance = light.emitted(surface.point.n, surface.wo);
                 if !radiance.is_black() {
                     let shape = &self.scene.shapes[light.shape as usize];
-                    self.found::<T>(path, radiance, |from| light.pdf(shape, from, &surface.point), record);
+                    self.found::<T>(path, radiance, index, |from| light.pdf(shape, from, &surface.point), record);
                 }
             }
-            Light::Varying(light) => self.find_varying::<T>(path, light, &{ surface.point }, hit.primitive, record),
+            Light::Varying(light) => {
+                self.find_varying::<T>(path, (index, light), &{ surface.point }, hit.primitive, record);
+            }
             _ => {}
         }
     }
@@ -374,7 +377,7 @@ impl Walker<'_> {
     fn find_varying<T: Technique>(
         &self,
         path: &mut PathState,
-        light: &VaryingLight,
+        (index, light): (usize, &VaryingLight),
         point: &SurfacePoint,
         primitive: u32,
         record: &mut impl Record,
@@ -382,24 +385,28 @@ impl Walker<'_> {
         let shape = &self.scene.shapes[light.shape() as usize];
         let radiance = light.emitted(shape, primitive, point, &-path.ray.d);
         if !radiance.is_black() {
-            self.found::<T>(path, radiance, |from| light.pdf(shape, &from, point, primitive), record);
+            self.found::<T>(path, radiance, index, |from| light.pdf(shape, &from, point, primitive), record);
         }
     }
 
-    /// Counts light at the end of the segment, which the light itself samples with the density `pdf(from)`.
+    /// Counts light at the end of the segment, which the light of this index samples with the density `pdf(from)`.
     #[inline(always)]
     fn found<T: Technique>(
         &self,
         path: &mut PathState,
         radiance: Rgb,
+        index: usize,
         pdf: impl Fn(DVec3) -> SolidAnglePdf,
         record: &mut impl Record,
     ) {
         let weight = match path.segment {
             Segment::Delta => 1.0,
-            Segment::Smooth { pdf: bsdf, from } => {
-                let light =
-                    if T::SAMPLES_LIGHTS { pdf(from) * self.scene.light_sampler.pmf() } else { SolidAnglePdf(0.0) };
+            Segment::Smooth { pdf: bsdf, from, n } => {
+                let receiver = || Receiver { p: from.as_vec3(), n };
+                let light = match T::SAMPLES_LIGHTS {
+                    true => pdf(from) * self.scene.light_sampler.pmf(index, receiver),
+                    false => SolidAnglePdf(0.0),
+                };
                 T::found_weight(bsdf, light)
             }
         };
@@ -418,7 +425,8 @@ impl Walker<'_> {
         u: LightUniforms,
         record: &mut impl Record,
     ) -> Option<(Ray, Hit, Rgb)> {
-        let (index, pmf) = self.scene.light_sampler.sample(|| u.choice())?;
+        let receiver = || Receiver { p: surface.p().as_vec3(), n: self.receiving_normal(surface) };
+        let (index, pmf) = self.scene.light_sampler.sample(receiver, || u.choice())?;
         let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), u.point(), T::COMBINES)?;
         let wi = surface.frame.to_local(sample.wi);
         let (f, bsdf_pdf) = surface.bsdf.eval_pdf(wo, wi);
@@ -433,6 +441,17 @@ impl Walker<'_> {
         let radiance = path.throughput * f * sample.radiance * (weight / pdf);
         record.event(Event::Sampled { radiance, weight });
         Some((surface.shadow_ray(&sample), sample.on, radiance))
+    }
+
+    /// The normal by which lights are chosen; zero where there is no choice.
+    #[inline(always)]
+    fn receiving_normal(&self, surface: &Surface<'_>) -> Vec3 {
+        match (&surface.bsdf, self.scene.lights.len()) {
+            (_, 0 | 1) => Vec3::ZERO,
+            (Scatter::One(bsdf), _) if bsdf.lobes().transmits => Vec3::ZERO,
+            (Scatter::One(_), _) => surface.frame.n,
+            (Scatter::Layers(layers), _) => layers_normal(layers, &surface.frame),
+        }
     }
 
     /// Counts the light samples that nothing hides.
@@ -461,6 +480,20 @@ impl Walker<'_> {
 fn attainable(probability: f32) -> f32 {
     // Both products only change the exponent.
     (probability / UNIT_ROUNDOFF).ceil() * UNIT_ROUNDOFF
+}
+
+/// The normal on whose side all layers of a surface scatter, in world space; zero where there is none.
+#[inline(never)]
+fn layers_normal(layers: &[Layer], frame: &Frame) -> Vec3 {
+    let mut common = None;
+    for layer in layers {
+        let n = layer.perturbation.map_or(frame.n, |p| frame.to_world(p.frame.n));
+        if layer.bsdf.lobes().transmits || common.is_some_and(|other| other != n) {
+            return Vec3::ZERO;
+        }
+        common = Some(n);
+    }
+    common.unwrap_or(Vec3::ZERO)
 }
 
 /// Marks a path as finished; it leaves the wave once its light sample is decided.

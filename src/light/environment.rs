@@ -97,6 +97,12 @@ impl EnvironmentLight {
         self.map.pixels().iter().map(|p| p.max_component()).fold(0.0, f32::max) * self.scale
     }
 
+    /// Mean luminance of the irradiance over all directions that a surface may face: a quarter of the integral over the sphere,
+    /// which is that of the density over its factor.
+    pub(super) fn mean_irradiance(&self) -> f64 {
+        0.25 * f64::from(self.scale) / self.sampling.density
+    }
+
     /// `combined`: what this misses is found by bsdf sampling.
     #[inline(never)]
     pub(super) fn sample(&self, u: Vec2, combined: bool) -> Option<LightSample> {

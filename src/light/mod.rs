@@ -9,10 +9,10 @@ mod environment;
 mod point;
 mod projector;
 mod reach;
+mod sampler;
 mod slide;
 mod spot;
 mod tree;
-mod uniform;
 mod varying;
 
 pub use area::AreaLight;
@@ -22,10 +22,10 @@ pub use environment::EnvironmentLight;
 pub use point::PointLight;
 pub use projector::ProjectorLight;
 pub use reach::{Reach, Receiver};
+pub use sampler::LightSampler;
 pub use slide::Slide;
 pub use spot::{SpotLight, SpotSlide};
 pub use tree::LightTree;
-pub use uniform::UniformLightSampler;
 pub use varying::{Coat, VaryingLight};
 
 use crate::sampling::pdf::SolidAnglePdf;

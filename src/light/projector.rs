@@ -52,6 +52,11 @@ impl ProjectorLight {
         (!radiance.is_black()).then_some(LightSample { radiance, ..sample })
     }
 
+    /// The axis, the angle from it of the picture's corners, and the picture's area at depth 1.
+    pub(super) fn cone(&self) -> (DVec3, f64, f64) {
+        (self.axes[2], libm::atan(self.half.length()), 4.0 * self.half.x * self.half.y)
+    }
+
     /// Radiant flux per channel: E integrated over the picture at depth 1.
     pub(super) fn power(&self) -> [f64; 3] {
         let area = 4.0 * self.half.x * self.half.y;

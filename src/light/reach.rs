@@ -3,10 +3,14 @@
 //! Conty Estevez and Kulla 2018, *Importance Sampling of Many Lights with Adaptive Tree Splitting*, sections 4.1 and 4.4; the
 //! angles by cosines and sines as in pbrt-v4, section 12.6.3.
 
+use super::Light;
 use crate::math::bounds::Bounds;
 use crate::math::float::{max, min};
-use glam::Vec3;
+use crate::shape::Shape;
+use crate::spectrum::Rgb;
+use glam::{DVec2, DVec3, Vec3};
 use std::f32::consts::PI;
+use std::f64;
 
 /// A light, or several together.
 #[derive(Clone, Copy, Debug)]
@@ -37,10 +41,7 @@ pub struct Receiver {
 
 /// Cosines this far beyond the limits of what a light reaches still count, as this much: the bounds are rounded, and what is
 /// never chosen would be missing.
-const SLACK: f32 = 1e-3;
-
-/// Largest bound, so that sums of bounds are finite.
-const MOST: f32 = 1e30;
+pub(super) const SLACK: f32 = 1e-3;
 
 /// Sine of an angle of [0, π] by its cosine.
 fn sine(cos: f32) -> f32 {
@@ -53,6 +54,62 @@ fn cos_of_difference(cos_a: f32, cos_b: f32) -> f32 {
 }
 
 impl Reach {
+    /// Largest bound, so that sums of bounds are finite.
+    pub const MOST: f32 = 1e30;
+
+    /// Where a light is and shines that is at some distance, of power 1, and its power, of the luminance of its colour, before
+    /// it is rounded; `None` at infinity.
+    pub fn of(light: &Light, shapes: &[Shape]) -> Option<(Self, f64)> {
+        let power = weigh_power(light.power(shapes)?);
+        let point = |p: DVec3, cone: Option<(DVec3, f64)>| {
+            let (axis, cos_normals, cos_emission) = match cone {
+                // The axis is the only normal; light leaves at angles up to that of the cone.
+                Some((axis, angle)) => (axis.as_vec3(), 1.0, libm::cos(angle) as f32),
+                None => (Vec3::Z, -1.0, 0.0),
+            };
+            let bounds = Bounds::of([p.as_vec3()]);
+            Self { bounds, axis, cos_normals, cos_emission, power: 1.0, both_sides: false }
+        };
+        Some(match light {
+            Light::Area(light) => (Self::of_surface(&shapes[light.shape as usize], false), power),
+            Light::Varying(light) => {
+                let both = light.both_sides();
+                let sides = if both { 2.0 } else { 1.0 };
+                (Self::of_surface(&shapes[light.shape() as usize], both), power / sides)
+            }
+            Light::Point(light) => (point(light.position, None), power / 4.0),
+            Light::Spot(light) => {
+                let mean_intensity = power / light.effective_solid_angle();
+                (point(light.point.position, Some((light.axis, light.cutoff))), f64::consts::PI * mean_intensity)
+            }
+            Light::Projector(light) => {
+                let (axis, angle, depth_one) = light.cone();
+                (point(light.point.position, Some((axis, angle))), f64::consts::PI * power / depth_one)
+            }
+            Light::Constant(_) | Light::Environment(_) | Light::Directional(_) => return None,
+        })
+    }
+
+    /// The bounds of a surface and of the normals of its front.
+    fn of_surface(shape: &Shape, both_sides: bool) -> Self {
+        let bounds =
+            (0..shape.primitive_count() as u32).fold(Bounds::EMPTY, |all, i| all.union(shape.primitive_bounds(i)));
+        let (axis, cos_normals) = match shape {
+            Shape::Mesh(mesh) => {
+                let normals = || (0..mesh.faces.len() as u32).map(|face| mesh.plane(face).n);
+                let sum = normals().zip(mesh.areas()).map(|(n, area)| n.as_dvec3() * area).sum::<DVec3>();
+                match sum.try_normalize().map(|axis| axis.as_vec3()) {
+                    // Rounded outwards, as the cosines of two unit vectors are.
+                    Some(axis) => (axis, normals().map(|n| n.dot(axis)).fold(1.0, min) - 4.0 * f32::EPSILON),
+                    None => (Vec3::Z, -1.0),
+                }
+            }
+            Shape::Disk(disk) => (disk.point(DVec2::ZERO).point.n, 1.0),
+            Shape::Sphere(_) | Shape::Cylinder(_) | Shape::Placed(_) => (Vec3::Z, -1.0),
+        };
+        Self { bounds, axis, cos_normals: max(cos_normals, -1.0), cos_emission: 0.0, power: 1.0, both_sides }
+    }
+
     /// A bound on what arrives at a receiver: [`Self::power`], lessened by the square of the distance and by the cosines of
     /// the smallest angles at either end.
     pub fn importance(&self, at: &Receiver) -> f32 {
@@ -84,7 +141,7 @@ impl Reach {
             }
             importance *= max(cos_receiver, SLACK);
         }
-        min(importance, MOST)
+        min(importance, Self::MOST)
     }
 
     /// Both together.
@@ -109,6 +166,11 @@ impl Reach {
         2.0 * PI * (1.0 - cos)
             + PI / 2.0 * (2.0 * wide * sin - libm::cosf(normals - 2.0 * wide) - 2.0 * normals * sin + cos)
     }
+}
+
+/// The luminance of a power.
+fn weigh_power(power: [f64; 3]) -> f64 {
+    power.iter().zip(Rgb::LUMINANCE).map(|(c, weight)| c * f64::from(weight)).sum()
 }
 
 /// A cone around two cones, each an axis and the cosine of its half angle.
@@ -199,6 +261,6 @@ mod tests {
         assert_eq!(at(Vec3::X, Vec3::ZERO), 0.0);
         assert!((at(Vec3::X * 3.0, Vec3::ZERO) - 0.5).abs() < 1e-6);
         assert_eq!(at(Vec3::X * 3.0, Vec3::X), 0.0);
-        assert!(at(Vec3::X * (1.0 + f32::EPSILON), Vec3::ZERO) <= MOST);
+        assert!(at(Vec3::X * (1.0 + f32::EPSILON), Vec3::ZERO) <= Reach::MOST);
     }
 }

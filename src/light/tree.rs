@@ -75,18 +75,17 @@ impl LightTree {
 
     /// A light and the probability of choosing it, for a uniform number in [0, 1); `None` where no light of the branch that it
     /// falls on can send anything.
-    pub fn sample(&self, at: &Receiver, mut u: f64) -> Option<(usize, f32)> {
+    pub fn sample(&self, at: &Receiver, mut u: f64) -> Option<(usize, f64)> {
         let (mut node, mut probability) = (0, 1.0);
         loop {
             match self.nodes[node].kind {
                 Kind::Leaf(light) => return Some((light as usize, probability)),
                 Kind::Branch(second) => {
                     let [first, other] = self.shares(node, second, at)?;
-                    let part = f64::from(first);
-                    if u < part {
-                        (node, probability, u) = (node + 1, probability * first, u / part);
+                    if u < first {
+                        (node, probability, u) = (node + 1, probability * first, u / first);
                     } else {
-                        (node, probability, u) = (second as usize, probability * other, (u - part) / (1.0 - part));
+                        (node, probability, u) = (second as usize, probability * other, (u - first) / (1.0 - first));
                     }
                     // The quotient may round to 1.
                     u = if u < 1.0 { u } else { BELOW_ONE };
@@ -96,7 +95,7 @@ impl LightTree {
     }
 
     /// Probability of choosing a light.
-    pub fn pmf(&self, light: usize, at: &Receiver) -> f32 {
+    pub fn pmf(&self, light: usize, at: &Receiver) -> f64 {
         let Some(mut trail) = self.trails[light] else { return 0.0 };
         let (mut node, mut probability) = (0, 1.0);
         while let Kind::Branch(second) = self.nodes[node].kind {
@@ -110,12 +109,12 @@ impl LightTree {
         probability
     }
 
-    /// The probabilities of a branch's halves; `None` where neither sends anything.
-    fn shares(&self, node: usize, second: u32, at: &Receiver) -> Option<[f32; 2]> {
-        let first = self.nodes[node + 1].reach.importance(at);
-        let second = self.nodes[second as usize].reach.importance(at);
+    /// The probabilities of a branch's halves; `None` where neither sends anything. In f64, as the uniform number is: beside a
+    /// bright half a dim one would vanish, or get more than its share.
+    fn shares(&self, node: usize, second: u32, at: &Receiver) -> Option<[f64; 2]> {
+        let first = f64::from(self.nodes[node + 1].reach.importance(at));
+        let second = f64::from(self.nodes[second as usize].reach.importance(at));
         let sum = first + second;
-        // Each by itself, so that a small second half does not vanish beside 1.
         (sum > 0.0).then(|| [first / sum, second / sum])
     }
 }
@@ -202,7 +201,7 @@ mod tests {
         for count in [1, 2, 3, 50, 1000] {
             let tree = LightTree::new(lights(count), count as usize).unwrap();
             for at in receivers() {
-                let sum: f64 = (0..count as usize).map(|i| f64::from(tree.pmf(i, &at))).sum();
+                let sum: f64 = (0..count as usize).map(|i| tree.pmf(i, &at)).sum();
                 let mut missed = 0;
                 const N: u32 = 4096;
                 for i in 0..N {
@@ -237,7 +236,7 @@ mod tests {
                 }
             }
             for (light, count) in counts.into_iter().enumerate() {
-                let expected = f64::from(tree.pmf(light, &at)) * f64::from(N);
+                let expected = tree.pmf(light, &at) * f64::from(N);
                 assert!((f64::from(count) - expected).abs() <= 1.5, "{light}: {count} {expected}");
             }
         }

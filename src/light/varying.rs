@@ -91,6 +91,11 @@ impl VaryingLight {
         self.area.shape
     }
 
+    /// Whether its back emits, too.
+    pub(super) fn both_sides(&self) -> bool {
+        self.both_sides
+    }
+
     /// A bound of the radiance of any point in any channel.
     pub(super) fn brightest(&self) -> f32 {
         self.area.radiance.max_component() * self.texture.as_ref().map_or(1.0, |t| t.slide.largest())

@@ -39,7 +39,7 @@ impl Batch {
     /// The numbers for the light of all streams at path vertex `vertex`, counted from 0; with a `choice` among lights or
     /// without.
     pub fn fill_light(&mut self, vertex: u32, choice: bool, streams: impl ExactSizeIterator<Item = Stream>) {
-        self.fill(light_set(vertex), LIGHT_NUMBERS - usize::from(!choice), streams);
+        self.fill(light_set(vertex), if choice { LIGHT_NUMBERS } else { 2 }, streams);
     }
 
     /// Stream `i`'s position within the pixel, after [`Self::fill_film`].

@@ -9,9 +9,9 @@
 //! | 0 | film x, film y, lens u, lens v |
 //! | 1 | time; three spare |
 //! | 2 + 2v | at path vertex v (the first hit is 0): bsdf u, bsdf v, bsdf lobe, roulette |
-//! | 3 + 2v | at path vertex v: light u, light v, light choice, spare (opacity) |
+//! | 3 + 2v | at path vertex v: light u, light v, light choice, and more digits of that |
 //!
-//! Time and opacity are reserved: nothing uses them yet.
+//! Time is reserved: nothing uses it yet.
 //!
 //! The first two numbers of a set are those with the best two-dimensional projection.
 
@@ -117,10 +117,10 @@ impl LightUniforms {
         self.0.pair()
     }
 
-    /// Choice of the light.
+    /// Choice of the light, to 48 bits: of many lights some have a small probability.
     #[inline]
-    pub fn choice(&self) -> f32 {
-        self.0.get(2)
+    pub fn choice(&self) -> f64 {
+        f64::from(self.0.get(2)) + f64::from(self.0.get(3)) * (1.0 / (1u32 << 24) as f64)
     }
 }
 
@@ -128,11 +128,11 @@ const SET_FILM: u32 = 0;
 const SET_FIRST_VERTEX: u32 = 2;
 const SETS_PER_VERTEX: u32 = 2;
 
-/// How many numbers of a set are in use; a light sample needs the last only where there is a choice.
+/// How many numbers of a set are in use; a light sample needs the last two only where there is a choice.
 const FILM_NUMBERS: usize = 2;
 const FILM_AND_LENS_NUMBERS: usize = 4;
 const BSDF_NUMBERS: usize = 4;
-const LIGHT_NUMBERS: usize = 3;
+const LIGHT_NUMBERS: usize = 4;
 
 /// The set of the bsdf at path vertex `vertex`, counted from 0.
 #[inline]

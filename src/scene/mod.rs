@@ -18,7 +18,7 @@ pub use surface::Surface;
 use crate::accel::{Accel, Hit};
 use crate::camera::Camera;
 use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
-use crate::light::{Light, UniformLightSampler};
+use crate::light::{Light, LightSampler};
 use crate::material::{Graph, Layer, Material, Place, Scatter};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
@@ -97,7 +97,7 @@ pub struct Scene {
     /// Which of them are at infinity and met by rays that meet nothing else.
     pub infinite_lights: Vec<u32>,
     /// Chooses among the lights.
-    pub light_sampler: UniformLightSampler,
+    pub light_sampler: LightSampler,
     /// Answers ray queries.
     pub accel: Accel,
     /// What the scene has.

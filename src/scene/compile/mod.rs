@@ -16,7 +16,7 @@ use super::{Features, FilmSettings, Scene};
 use crate::accel::{Accel, Accelerator};
 use crate::description::SceneDescription;
 use crate::error::{Error, Result};
-use crate::light::{Light, UniformLightSampler};
+use crate::light::{Light, LightSampler};
 use crate::material::Material;
 use crate::shape::Shape;
 use lights::Place;
@@ -72,6 +72,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let accel_build = start.elapsed();
     let features = features(description, &shapes, &look);
     let infinite_lights: Vec<u32> = (0u32..).zip(&look.lights).filter(|(_, l)| is_sky(l)).map(|(i, _)| i).collect();
+    let light_sampler = LightSampler::new(&look.lights, &shapes);
     let film = FilmSettings {
         size: (camera.film.width, camera.film.height),
         crop: camera.film.crop,
@@ -91,7 +92,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         tangents: look.tangents,
         uvs: look.uvs,
         mesh_values: look.mesh_values,
-        light_sampler: UniformLightSampler::new(look.lights.len()),
+        light_sampler,
         lights: look.lights,
         infinite_lights,
         accel,

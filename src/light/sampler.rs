@@ -1,0 +1,236 @@
+//! Chooses one of the lights for a point, by what each can send there.
+//!
+//! A single light is no choice. Of a few lights the bound on what each sends ([`Reach::importance`]) is computed, which knows
+//! more than any summary of them; many are in a [`LightTree`]. Skies and parallel light, which are equally far from
+//! everything, are chosen against all that is at some distance by the irradiance that they make on average. What hides a
+//! light nobody knows here, and rooms hide more of a sky than of their own lamps; so the share of either is bounded.
+//!
+//! The same point and normal give the same probabilities, whether a light is chosen or was found.
+
+use super::Light;
+use super::reach::{Reach, Receiver, SLACK};
+use super::tree::LightTree;
+use crate::math::float::{max, min};
+use crate::shape::Shape;
+use crate::spectrum::Rgb;
+use glam::Vec3;
+use std::f64::consts::PI;
+
+/// Most lights that are looked at one by one: a step down the tree looks at two, and where it has about so many leaves, it
+/// looks at half as many on the way and knows less.
+const MOST_IN_LIST: usize = 12;
+
+/// Least share of what is infinitely far away, and of what is not, where there is both.
+const LEAST_SHARE: f64 = 0.2;
+
+/// Powers below this part of the largest count as this much: what is never chosen would be missing, and what is chosen once
+/// in 10¹² samples would be a spot in the picture.
+const LEAST_POWER: f64 = 1e-9;
+
+/// Chooses among the lights of a scene.
+#[derive(Clone, Debug)]
+pub struct LightSampler {
+    count: usize,
+    /// `None` where there is no choice.
+    choice: Option<Box<Choice>>,
+}
+
+#[derive(Clone, Debug)]
+struct Choice {
+    finite: Finite,
+    infinite: Vec<Infinite>,
+    /// Which element of `infinite` each light is, if it is one.
+    infinite_index: Vec<Option<u32>>,
+}
+
+/// The lights that are at some distance.
+#[derive(Clone, Debug)]
+enum Finite {
+    /// A few: each one's index and reach. Perhaps none.
+    List(Vec<(u32, Reach)>),
+    /// Many.
+    Tree(LightTree),
+}
+
+/// A light that is infinitely far away.
+#[derive(Clone, Copy, Debug)]
+struct Infinite {
+    light: u32,
+    /// Unit vector towards it; zero where it is all around.
+    wi: Vec3,
+    /// π times the irradiance of a surface that faces it; of a sky the mean over all directions that a surface may face.
+    power: f32,
+}
+
+impl LightSampler {
+    /// For these lights on these shapes.
+    pub fn new(lights: &[Light], shapes: &[Shape]) -> Self {
+        let choice = (lights.len() > 1).then(|| Box::new(Choice::new(lights, shapes)));
+        Self { count: lights.len(), choice }
+    }
+
+    /// A light and the probability of choosing it at a point, for a uniform number in [0, 1); neither is asked for where
+    /// there is no choice. `None` where there is no light, or none that reaches the point.
+    #[inline(always)]
+    pub fn sample(&self, at: impl FnOnce() -> Receiver, u: impl FnOnce() -> f64) -> Option<(usize, f32)> {
+        match &self.choice {
+            None if self.count == 0 => None,
+            None => Some((0, 1.0)),
+            Some(choice) => choice.sample(&at(), u()),
+        }
+    }
+
+    /// The probability of choosing a light at a point.
+    #[inline(always)]
+    pub fn pmf(&self, light: usize, at: impl FnOnce() -> Receiver) -> f32 {
+        self.choice.as_ref().map_or(1.0, |choice| choice.pmf(light, &at()))
+    }
+
+    /// How it chooses, in words.
+    pub fn description(&self) -> String {
+        let Some(choice) = &self.choice else {
+            return if self.count == 0 { "nothing to choose".into() } else { "the only one".into() };
+        };
+        let infinite = choice.infinite.len();
+        let how = match &choice.finite {
+            Finite::List(list) if list.is_empty() => "by their irradiance".into(),
+            Finite::List(list) => format!("each of {} by what it sends to a point", list.len()),
+            Finite::Tree(_) => format!("a tree of {}", self.count - infinite),
+        };
+        if infinite > 0 && infinite < self.count { format!("{how}, and {infinite} at infinity") } else { how }
+    }
+}
+
+impl Choice {
+    fn new(lights: &[Light], shapes: &[Shape]) -> Self {
+        let mut finite: Vec<(u32, Reach, f64)> = Vec::new();
+        let mut infinite: Vec<(u32, Vec3, f64)> = Vec::new();
+        for (index, light) in (0..).zip(lights) {
+            match light {
+                Light::Constant(sky) => infinite.push((index, Vec3::ZERO, PI * PI * weigh(sky.radiance))),
+                Light::Environment(sky) => infinite.push((index, Vec3::ZERO, PI * sky.mean_irradiance())),
+                Light::Directional(light) => infinite.push((index, light.wi, PI * weigh(light.irradiance))),
+                light => {
+                    if let Some((reach, power)) = Reach::of(light, shapes) {
+                        finite.push((index, reach, power));
+                    }
+                }
+            }
+        }
+        // Only ratios matter; so none is too large or too small for f32.
+        let largest = |powers: &mut dyn Iterator<Item = f64>| powers.fold(0.0, f64::max);
+        let [most, most_infinite] =
+            [largest(&mut finite.iter().map(|f| f.2)), largest(&mut infinite.iter().map(|i| i.2))];
+        let unit = if most > 0.0 { most } else { most_infinite };
+        let scaled = |power: f64, most: f64| {
+            let power = power.max(LEAST_POWER * most) / unit;
+            power.clamp(f64::from(f32::MIN_POSITIVE), f64::from(Reach::MOST)) as f32
+        };
+        let mut infinite_index = vec![None; lights.len()];
+        for (i, (light, ..)) in (0..).zip(&infinite) {
+            infinite_index[*light as usize] = Some(i);
+        }
+        let reaches: Vec<(u32, Reach)> = finite
+            .into_iter()
+            .map(|(light, reach, power)| (light, Reach { power: scaled(power, most), ..reach }))
+            .collect();
+        let finite = match reaches.len() {
+            0..=MOST_IN_LIST => Finite::List(reaches),
+            _ => LightTree::new(reaches, lights.len()).map_or(Finite::List(Vec::new()), Finite::Tree),
+        };
+        let infinite = infinite
+            .into_iter()
+            .map(|(light, wi, power)| Infinite { light, wi, power: scaled(power, most_infinite) })
+            .collect();
+        Self { finite, infinite, infinite_index }
+    }
+
+    /// A bound on what all lights at some distance send to a point.
+    fn finite_importance(&self, at: &Receiver) -> f64 {
+        match &self.finite {
+            Finite::List(list) => list.iter().map(|(_, reach)| f64::from(reach.importance(at))).sum(),
+            Finite::Tree(tree) => tree.importance(at).into(),
+        }
+    }
+
+    /// What all lights at infinity send.
+    fn infinite_importance(&self, at: &Receiver) -> f64 {
+        self.infinite.iter().map(|light| light.importance(at)).sum()
+    }
+
+    /// Both, and the probability of choosing a light at infinity; `None` where nothing sends anything.
+    fn share(&self, at: &Receiver) -> Option<(f64, [f64; 2])> {
+        let sums = [self.infinite_importance(at), self.finite_importance(at)];
+        let share = match sums {
+            [0.0, 0.0] => return None,
+            [0.0, _] => 0.0,
+            [_, 0.0] => 1.0,
+            [infinite, finite] => (infinite / (infinite + finite)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE),
+        };
+        Some((share, sums))
+    }
+
+    #[inline(never)]
+    fn sample(&self, at: &Receiver, u: f64) -> Option<(usize, f32)> {
+        let (share, [infinite, finite]) = self.share(at)?;
+        if u < share {
+            let weights = self.infinite.iter().map(|light| (light.light, light.importance(at)));
+            return pick(weights, u / share * infinite).map(|(light, w)| (light, (share * (w / infinite)) as f32));
+        }
+        let (u, rest) = ((u - share) / (1.0 - share), 1.0 - share);
+        match &self.finite {
+            Finite::List(list) => {
+                let weights = list.iter().map(|(light, reach)| (*light, f64::from(reach.importance(at))));
+                pick(weights, u * finite).map(|(light, w)| (light, (rest * (w / finite)) as f32))
+            }
+            Finite::Tree(tree) => tree.sample(at, u).map(|(light, p)| (light, (rest * p) as f32)),
+        }
+    }
+
+    #[inline(never)]
+    fn pmf(&self, light: usize, at: &Receiver) -> f32 {
+        let Some((share, [infinite, finite])) = self.share(at) else { return 0.0 };
+        if let Some(index) = self.infinite_index[light] {
+            let w = self.infinite[index as usize].importance(at);
+            return if w > 0.0 { (share * (w / infinite)) as f32 } else { 0.0 };
+        }
+        let part = match &self.finite {
+            Finite::List(list) => {
+                let found = list.iter().find(|(index, _)| *index as usize == light);
+                let w = found.map_or(0.0, |(_, reach)| f64::from(reach.importance(at)));
+                if w > 0.0 { w / finite } else { 0.0 }
+            }
+            Finite::Tree(tree) => tree.pmf(light, at),
+        };
+        ((1.0 - share) * part) as f32
+    }
+}
+
+impl Infinite {
+    fn importance(&self, at: &Receiver) -> f64 {
+        let cos = if self.wi == Vec3::ZERO || at.n == Vec3::ZERO { 1.0 } else { at.n.dot(self.wi) };
+        if cos < -SLACK { 0.0 } else { f64::from(min(self.power * max(cos, SLACK), Reach::MOST)) }
+    }
+}
+
+/// In f64, where the luminance of no colour vanishes.
+fn weigh(colour: Rgb) -> f64 {
+    colour.to_array().iter().zip(Rgb::LUMINANCE).map(|(c, weight)| f64::from(*c) * f64::from(weight)).sum()
+}
+
+/// The light in whose part of the sum of weights `x` is, and its weight; the last of any weight where rounding has put `x`
+/// behind all.
+fn pick(weights: impl Iterator<Item = (u32, f64)>, mut x: f64) -> Option<(usize, f64)> {
+    let mut last = None;
+    for (light, weight) in weights.filter(|(_, weight)| *weight > 0.0) {
+        last = Some((light as usize, weight));
+        if x < weight {
+            break;
+        }
+        x -= weight;
+    }
+    last
+}
+
+#[cfg(test)]
+mod tests;
