@@ -73,6 +73,9 @@ fn warps(c: &mut Criterion) {
     group.finish();
 }
 
+/// A normal at the point.
+const N: Vec3 = Vec3::Y;
+
 /// The first light of a scene that is a sphere, and the first that is not.
 fn lights(c: &mut Criterion) {
     let points = points();
@@ -83,13 +86,13 @@ fn lights(c: &mut Criterion) {
         let light = &scene.lights[0];
         let p = DVec3::new(0.1, -0.2, 0.05);
         if let Some(solid_angle) = solid_angle(&scene, light, p) {
-            let densities = points
-                .iter()
-                .map(|&u| light.sample(&scene.shapes, p, u, true).and_then(|s| s.pdf).map_or(0.0, |pdf| pdf.0.recip()));
+            let densities = points.iter().map(|&u| {
+                light.sample(&scene.shapes, p, N, u, true).and_then(|s| s.pdf).map_or(0.0, |pdf| pdf.0.recip())
+            });
             check_mean(name, densities, solid_angle);
         }
         group.bench_function(BenchmarkId::from_parameter(name), |b| {
-            let found = |&u: &Vec2| light.sample(&scene.shapes, p, black_box(u), true);
+            let found = |&u: &Vec2| light.sample(&scene.shapes, p, N, black_box(u), true);
             b.iter(|| points.iter().filter_map(found).map(|s| s.wi).sum::<Vec3>());
         });
     }

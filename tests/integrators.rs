@@ -22,7 +22,7 @@ struct Row {
     samples: u32,
 }
 
-const ROWS: [Row; 10] = [
+const ROWS: [Row; 11] = [
     Row { name: "caustic", samples: 32 },
     Row { name: "cornell-box", samples: 16 },
     Row { name: "cornell-box-materials", samples: 32 },
@@ -30,6 +30,7 @@ const ROWS: [Row; 10] = [
     Row { name: "furnace", samples: 16 },
     Row { name: "glass", samples: 32 },
     Row { name: "layers", samples: 32 },
+    Row { name: "many-lights", samples: 16 },
     Row { name: "million", samples: 16 },
     Row { name: "plates", samples: 32 },
     Row { name: "shelf", samples: 32 },

@@ -28,7 +28,10 @@ fn lights_bring_what_mitsuba_s_do() {
             Light::Environment(map) => map.seen(&place.as_vec3(), false).0,
             light => {
                 let p = (place - scene.centre) * scene.unit;
-                light.sample(&scene.shapes, p, Vec2::splat(0.5), false).map(|s| s.radiance).unwrap_or_default()
+                light
+                    .sample(&scene.shapes, p, Vec3::ZERO, Vec2::splat(0.5), false)
+                    .map(|s| s.radiance)
+                    .unwrap_or_default()
             }
         };
         let expected = DVec3::from_slice(&numbers[4..]).as_vec3();

@@ -288,7 +288,7 @@ impl Walker<'_> {
         path.throughput *= sample.weight;
         path.eta_squared *= sample.eta * sample.eta;
         path.segment = match sample.pdf {
-            Some(pdf) => Segment::Smooth { pdf, from: surface.p(), n: self.receiving_normal(&surface) },
+            Some(pdf) => Segment::Smooth { pdf, from: surface.p(), n: receiving_normal(&surface) },
             None => {
                 if sample.wi == -wo {
                     // Straight through: as if there were nothing, as far as alpha goes.
@@ -342,7 +342,7 @@ impl Walker<'_> {
                 _ => continue,
             };
             if !radiance.is_black() {
-                self.found::<T>(path, radiance, index, |_| pdf, record);
+                self.found::<T>(path, radiance, index, |_, _| pdf, record);
             }
         }
     }
@@ -362,7 +362,7 @@ impl Walker<'_> {
                 let radiance = light.emitted(surface.point.n, surface.wo);
                 if !radiance.is_black() {
                     let shape = &self.scene.shapes[light.shape as usize];
-                    self.found::<T>(path, radiance, index, |from| light.pdf(shape, from, &surface.point), record);
+                    self.found::<T>(path, radiance, index, |from, n| light.pdf(shape, from, n, &surface.point), record);
                 }
             }
             Light::Varying(light) => {
@@ -385,18 +385,18 @@ impl Walker<'_> {
         let shape = &self.scene.shapes[light.shape() as usize];
         let radiance = light.emitted(shape, primitive, point, &-path.ray.d);
         if !radiance.is_black() {
-            self.found::<T>(path, radiance, index, |from| light.pdf(shape, &from, point, primitive), record);
+            self.found::<T>(path, radiance, index, |from, _| light.pdf(shape, &from, point, primitive), record);
         }
     }
 
-    /// Counts light at the end of the segment, which the light of this index samples with the density `pdf(from)`.
+    /// Counts light at the end of the segment, which the light of this index samples with the density `pdf(from, n)`.
     #[inline(always)]
     fn found<T: Technique>(
         &self,
         path: &mut PathState,
         radiance: Rgb,
         index: usize,
-        pdf: impl Fn(DVec3) -> SolidAnglePdf,
+        pdf: impl Fn(DVec3, Vec3) -> SolidAnglePdf,
         record: &mut impl Record,
     ) {
         let weight = match path.segment {
@@ -404,7 +404,7 @@ impl Walker<'_> {
             Segment::Smooth { pdf: bsdf, from, n } => {
                 let receiver = || Receiver { p: from.as_vec3(), n };
                 let light = match T::SAMPLES_LIGHTS {
-                    true => pdf(from) * self.scene.light_sampler.pmf(index, receiver),
+                    true => pdf(from, n) * self.scene.light_sampler.pmf(index, receiver),
                     false => SolidAnglePdf(0.0),
                 };
                 T::found_weight(bsdf, light)
@@ -425,9 +425,10 @@ impl Walker<'_> {
         u: LightUniforms,
         record: &mut impl Record,
     ) -> Option<(Ray, Hit, Rgb)> {
-        let receiver = || Receiver { p: surface.p().as_vec3(), n: self.receiving_normal(surface) };
+        let n = receiving_normal(surface);
+        let receiver = || Receiver { p: surface.p().as_vec3(), n };
         let (index, pmf) = self.scene.light_sampler.sample(receiver, || u.choice())?;
-        let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), u.point(), T::COMBINES)?;
+        let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), n, u.point(), T::COMBINES)?;
         let wi = surface.frame.to_local(sample.wi);
         let (f, bsdf_pdf) = surface.bsdf.eval_pdf(wo, wi);
         if f.is_black() {
@@ -441,17 +442,6 @@ impl Walker<'_> {
         let radiance = path.throughput * f * sample.radiance * (weight / pdf);
         record.event(Event::Sampled { radiance, weight });
         Some((surface.shadow_ray(&sample), sample.on, radiance))
-    }
-
-    /// The normal by which lights are chosen; zero where there is no choice.
-    #[inline(always)]
-    fn receiving_normal(&self, surface: &Surface<'_>) -> Vec3 {
-        match (&surface.bsdf, self.scene.lights.len()) {
-            (_, 0 | 1) => Vec3::ZERO,
-            (Scatter::One(bsdf), _) if bsdf.lobes().transmits => Vec3::ZERO,
-            (Scatter::One(_), _) => surface.frame.n,
-            (Scatter::Layers(layers), _) => layers_normal(layers, &surface.frame),
-        }
     }
 
     /// Counts the light samples that nothing hides.
@@ -480,6 +470,16 @@ impl Walker<'_> {
 fn attainable(probability: f32) -> f32 {
     // Both products only change the exponent.
     (probability / UNIT_ROUNDOFF).ceil() * UNIT_ROUNDOFF
+}
+
+/// The normal on whose side a surface scatters; zero where that is both sides.
+#[inline(always)]
+fn receiving_normal(surface: &Surface<'_>) -> Vec3 {
+    match &surface.bsdf {
+        Scatter::One(bsdf) if bsdf.lobes().transmits => Vec3::ZERO,
+        Scatter::One(_) => surface.frame.n,
+        Scatter::Layers(layers) => layers_normal(layers, &{ surface.frame }),
+    }
 }
 
 /// The normal on whose side all layers of a surface scatter, in world space; zero where there is none.

@@ -1,6 +1,7 @@
 //! Surfaces that emit the same radiance from every point of their front side, in every direction of that side.
 
 use super::LightSample;
+use super::quad::Quad;
 use crate::math::frame::Frame;
 use crate::sampling::distribution::Discrete;
 use crate::sampling::pdf::{AreaPdf, SolidAnglePdf};
@@ -8,7 +9,7 @@ use crate::sampling::warp;
 use crate::shape::cylinder::Cylinder;
 use crate::shape::offset::SurfacePoint;
 use crate::shape::sphere::Sphere;
-use crate::shape::{Hit, Shape, TriangleMesh};
+use crate::shape::{Hit, Shape};
 use crate::spectrum::Rgb;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -22,8 +23,19 @@ pub struct AreaLight {
     pub radiance: Rgb,
     /// Density of a uniform point of its surface (which points of a cylinder are not).
     pdf: AreaPdf,
-    /// Triangles in proportion to their areas; `None` for a quadric.
-    triangles: Option<Discrete>,
+    /// How points of it are found.
+    points: Points,
+}
+
+/// How points of a shape are found.
+#[derive(Clone, Debug)]
+enum Points {
+    /// A quadric knows.
+    Quadric,
+    /// Two triangles as what they are together.
+    Quad(Quad),
+    /// Triangles in proportion to their areas.
+    Triangles(Discrete),
 }
 
 /// What a point sees of a sphere that it is outside of.
@@ -37,22 +49,32 @@ struct Cap {
 impl AreaLight {
     /// `shape` is the index of `surface`. `None` where the surface has no area.
     pub fn new(shape: u32, surface: &Shape, radiance: Rgb) -> Option<Self> {
-        let (area, triangles) = match surface {
-            Shape::Mesh(mesh) => (surface.area(), Some(Discrete::new(mesh.areas())?)),
-            quadric => (quadric.area(), None),
+        let points = match surface {
+            Shape::Mesh(mesh) => match Quad::of(mesh) {
+                Some(quad) => Points::Quad(quad),
+                None => Points::Triangles(Discrete::new(mesh.areas())?),
+            },
+            _ => Points::Quadric,
         };
-        let pdf = AreaPdf((1.0 / area) as f32);
-        pdf.0.is_finite().then_some(Self { shape, radiance, pdf, triangles })
+        let pdf = AreaPdf((1.0 / surface.area()) as f32);
+        pdf.0.is_finite().then_some(Self { shape, radiance, pdf, points })
     }
 
+    /// `n`: see [`super::Receiver`].
     #[inline(always)]
-    pub(super) fn sample(&self, surface: &Shape, p: DVec3, u: Vec2) -> Option<LightSample> {
-        match surface {
-            Shape::Mesh(mesh) => {
-                let (face, end) = self.mesh_point(mesh, u);
-                self.towards(p, self.pdf, end, face)
+    pub(super) fn sample(&self, surface: &Shape, p: DVec3, n: Vec3, u: Vec2) -> Option<LightSample> {
+        match (surface, &self.points) {
+            (Shape::Mesh(mesh), Points::Quad(quad)) => {
+                let (face, end, pdf) = quad.sample(mesh, p, n, u);
+                self.towards_by(p, |d2, cos| pdf.to_solid_angle(d2, cos), end, face)
             }
-            quadric => self.sample_quadric(quadric, &p, u),
+            (Shape::Mesh(mesh), Points::Triangles(triangles)) => {
+                let (face, x) = triangles.sample(u.x);
+                let b = warp::square_to_triangle(Vec2::new(x, u.y));
+                let end = mesh.point(face as u32, b.as_dvec3().to_array()).point;
+                self.towards(p, self.pdf, end, face as u32)
+            }
+            (quadric, _) => self.sample_quadric(quadric, &p, u),
         }
     }
 
@@ -73,12 +95,17 @@ impl AreaLight {
         }
     }
 
-    /// Density with which [`super::Light::sample`] finds the direction from `p` to the point `end` of this light.
+    /// Density with which [`super::Light::sample`] finds the direction from `p` to the point `end` of this light, with the
+    /// same `n`.
     #[inline(always)]
-    pub fn pdf(&self, surface: &Shape, p: DVec3, end: &SurfacePoint) -> SolidAnglePdf {
-        match surface {
-            Shape::Mesh(_) | Shape::Disk(_) | Shape::Placed(_) => Self::seen_from(p, self.pdf, end),
-            Shape::Sphere(_) | Shape::Cylinder(_) => self.quadric_pdf(surface, &p, &{ *end }),
+    pub fn pdf(&self, surface: &Shape, p: DVec3, n: Vec3, end: &SurfacePoint) -> SolidAnglePdf {
+        match (surface, &self.points) {
+            (Shape::Mesh(_), Points::Quad(quad)) => {
+                let pdf = quad.pdf(p, n, end.p);
+                Self::per_solid_angle(p, |d2, cos| pdf.to_solid_angle(d2, cos), end)
+            }
+            (Shape::Mesh(_) | Shape::Disk(_) | Shape::Placed(_), _) => Self::seen_from(p, self.pdf, end),
+            (Shape::Sphere(_) | Shape::Cylinder(_), _) => self.quadric_pdf(surface, &p, &{ *end }),
         }
     }
 
@@ -118,10 +145,16 @@ impl AreaLight {
     /// A density of points of the light, as one of directions from `p`.
     #[inline(always)]
     pub(super) fn seen_from(p: DVec3, pdf: AreaPdf, end: &SurfacePoint) -> SolidAnglePdf {
+        Self::per_solid_angle(p, |d2, cos| pdf.to_solid_angle(d2, cos), end)
+    }
+
+    /// A density of directions from `p` that is a function of the squared distance and the cosine at the light.
+    #[inline(always)]
+    fn per_solid_angle(p: DVec3, pdf: impl Fn(f32, f32) -> SolidAnglePdf, end: &SurfacePoint) -> SolidAnglePdf {
         // The difference is what needs f64; its length does not.
         let to = (end.p - p).as_vec3();
         let distance_squared = to.length_squared();
-        pdf.to_solid_angle(distance_squared, to.dot(end.n) / distance_squared.sqrt())
+        pdf(distance_squared, to.dot(end.n) / distance_squared.sqrt())
     }
 
     /// Radiance that leaves the surface point with normal `n` in direction `w`.
@@ -130,25 +163,27 @@ impl AreaLight {
         if n.dot(w) > 0.0 { self.radiance } else { Rgb::BLACK }
     }
 
-    #[inline(always)]
-    fn mesh_point(&self, mesh: &TriangleMesh, u: Vec2) -> (u32, SurfacePoint) {
-        let (face, x) = match &self.triangles {
-            Some(triangles) => triangles.sample(u.x),
-            None => (0, u.x),
-        };
-        let b = warp::square_to_triangle(Vec2::new(x, u.y));
-        (face as u32, mesh.point(face as u32, b.as_dvec3().to_array()).point)
-    }
-
     /// The sample that leads from `p` to a point of this primitive of the surface that was found with this density.
     #[inline(always)]
     pub(super) fn towards(&self, p: DVec3, pdf: AreaPdf, end: SurfacePoint, primitive: u32) -> Option<LightSample> {
+        self.towards_by(p, |d2, cos| pdf.to_solid_angle(d2, cos), end, primitive)
+    }
+
+    /// The same with a density of directions that is a function of the squared distance and the cosine at the light.
+    #[inline(always)]
+    fn towards_by(
+        &self,
+        p: DVec3,
+        pdf: impl Fn(f32, f32) -> SolidAnglePdf,
+        end: SurfacePoint,
+        primitive: u32,
+    ) -> Option<LightSample> {
         let to = (end.p - p).as_vec3();
         let distance_squared = to.length_squared();
         let distance = distance_squared.sqrt();
         let wi = to / distance;
         // As in `pdf`: a grazing cosine is all rounding, but the same rounding.
-        let pdf = pdf.to_solid_angle(distance_squared, to.dot(end.n) / distance);
+        let pdf = pdf(distance_squared, to.dot(end.n) / distance);
         let radiance = self.emitted(end.n, -wi);
         // Seen from behind or edge-on, or p on the surface itself (where wi is NaN).
         // A density beyond all numbers belongs to a light too small and near to be told from a point.

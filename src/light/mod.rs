@@ -8,6 +8,7 @@ mod directional;
 mod environment;
 mod point;
 mod projector;
+mod quad;
 mod reach;
 mod sampler;
 mod slide;
@@ -73,12 +74,13 @@ pub struct LightSample {
 }
 
 impl Light {
-    /// A direction from `p` towards the light; `None` where this sample would bring nothing. `combined`: bsdf sampling finds
-    /// what this leaves out, so that directions of little light may be.
+    /// A direction from `p` towards the light; `None` where this sample would bring nothing. `n` is the normal on whose side
+    /// what arrives is scattered, or zero where that is both sides. `combined`: bsdf sampling finds what this leaves out, so
+    /// that directions of little light may be.
     #[inline(always)]
-    pub fn sample(&self, shapes: &[Shape], p: DVec3, u: Vec2, combined: bool) -> Option<LightSample> {
+    pub fn sample(&self, shapes: &[Shape], p: DVec3, n: Vec3, u: Vec2, combined: bool) -> Option<LightSample> {
         match self {
-            Self::Area(light) => light.sample(&shapes[light.shape as usize], p, u),
+            Self::Area(light) => light.sample(&shapes[light.shape as usize], p, n, u),
             Self::Varying(light) => light.sample(&shapes[light.shape() as usize], &p, u),
             Self::Constant(light) => Some(light.sample(u)),
             Self::Environment(light) => light.sample(u, combined),

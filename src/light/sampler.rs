@@ -16,9 +16,9 @@ use crate::spectrum::Rgb;
 use glam::Vec3;
 use std::f64::consts::PI;
 
-/// Most lights that are looked at one by one: a step down the tree looks at two, and where it has about so many leaves, it
-/// looks at half as many on the way and knows less.
-const MOST_IN_LIST: usize = 12;
+/// Most lights that are looked at one by one: a step down a tree of sixteen looks at two, so that all its steps look at half as
+/// many, and know less.
+const MOST_IN_LIST: usize = 16;
 
 /// Least share of what is infinitely far away, and of what is not, where there is both.
 const LEAST_SHARE: f64 = 0.2;
@@ -145,34 +145,33 @@ impl Choice {
         Self { finite, infinite, infinite_index }
     }
 
-    /// A bound on what all lights at some distance send to a point.
-    fn finite_importance(&self, at: &Receiver) -> f64 {
-        match &self.finite {
-            Finite::List(list) => list.iter().map(|(_, reach)| f64::from(reach.importance(at))).sum(),
-            Finite::Tree(tree) => tree.importance(at).into(),
-        }
-    }
-
     /// What all lights at infinity send.
     fn infinite_importance(&self, at: &Receiver) -> f64 {
         self.infinite.iter().map(|light| light.importance(at)).sum()
     }
 
-    /// Both, and the probability of choosing a light at infinity; `None` where nothing sends anything.
-    fn share(&self, at: &Receiver) -> Option<(f64, [f64; 2])> {
-        let sums = [self.infinite_importance(at), self.finite_importance(at)];
-        let share = match sums {
-            [0.0, 0.0] => return None,
-            [0.0, _] => 0.0,
-            [_, 0.0] => 1.0,
-            [infinite, finite] => (infinite / (infinite + finite)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE),
-        };
-        Some((share, sums))
+    /// What the lights at some distance send: the importance of each of a list, in `weights`, and a bound on all together.
+    fn finite_importance(&self, at: &Receiver, weights: &mut [f64; MOST_IN_LIST]) -> f64 {
+        match &self.finite {
+            Finite::List(list) => {
+                let mut sum = 0.0;
+                for ((_, reach), weight) in list.iter().zip(weights) {
+                    *weight = reach.importance(at).into();
+                    sum += *weight;
+                }
+                sum
+            }
+            // Where there is nothing else, nobody compares it.
+            Finite::Tree(_) if self.infinite.is_empty() => 1.0,
+            Finite::Tree(tree) => tree.importance(at).into(),
+        }
     }
 
     #[inline(never)]
     fn sample(&self, at: &Receiver, u: f64) -> Option<(usize, f32)> {
-        let (share, [infinite, finite]) = self.share(at)?;
+        let mut weights = [0.0; MOST_IN_LIST];
+        let (infinite, finite) = (self.infinite_importance(at), self.finite_importance(at, &mut weights));
+        let share = share(infinite, finite)?;
         if u < share {
             let weights = self.infinite.iter().map(|light| (light.light, light.importance(at)));
             return pick(weights, u / share * infinite).map(|(light, w)| (light, (share * (w / infinite)) as f32));
@@ -180,7 +179,7 @@ impl Choice {
         let (u, rest) = ((u - share) / (1.0 - share), 1.0 - share);
         match &self.finite {
             Finite::List(list) => {
-                let weights = list.iter().map(|(light, reach)| (*light, f64::from(reach.importance(at))));
+                let weights = list.iter().zip(weights).map(|((light, _), weight)| (*light, weight));
                 pick(weights, u * finite).map(|(light, w)| (light, (rest * (w / finite)) as f32))
             }
             Finite::Tree(tree) => tree.sample(at, u).map(|(light, p)| (light, (rest * p) as f32)),
@@ -189,20 +188,33 @@ impl Choice {
 
     #[inline(never)]
     fn pmf(&self, light: usize, at: &Receiver) -> f32 {
-        let Some((share, [infinite, finite])) = self.share(at) else { return 0.0 };
+        let mut weights = [0.0; MOST_IN_LIST];
+        let (infinite, finite) = (self.infinite_importance(at), self.finite_importance(at, &mut weights));
+        let Some(share) = share(infinite, finite) else { return 0.0 };
+        // Of a weight of zero the sum may be zero, too.
+        let part = |weight: f64, sum: f64| if weight > 0.0 { weight / sum } else { 0.0 };
         if let Some(index) = self.infinite_index[light] {
-            let w = self.infinite[index as usize].importance(at);
-            return if w > 0.0 { (share * (w / infinite)) as f32 } else { 0.0 };
+            return (share * part(self.infinite[index as usize].importance(at), infinite)) as f32;
         }
         let part = match &self.finite {
             Finite::List(list) => {
-                let found = list.iter().find(|(index, _)| *index as usize == light);
-                let w = found.map_or(0.0, |(_, reach)| f64::from(reach.importance(at)));
-                if w > 0.0 { w / finite } else { 0.0 }
+                let index = list.iter().position(|(index, _)| *index as usize == light);
+                index.map_or(0.0, |index| part(weights[index], finite))
             }
             Finite::Tree(tree) => tree.pmf(light, at),
         };
         ((1.0 - share) * part) as f32
+    }
+}
+
+/// The probability of choosing a light at infinity, where those and the others send so much; `None` where neither sends
+/// anything.
+fn share(infinite: f64, finite: f64) -> Option<f64> {
+    match (infinite > 0.0, finite > 0.0) {
+        (false, false) => None,
+        (false, true) => Some(0.0),
+        (true, false) => Some(1.0),
+        (true, true) => Some((infinite / (infinite + finite)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE)),
     }
 }
 

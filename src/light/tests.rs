@@ -76,11 +76,15 @@ fn meshes(outside: &[Vec3]) -> Vec<Row> {
         Row { name, surface: Shape::Mesh(mesh), map: DAffine3::IDENTITY, from: from.to_vec() }
     };
     let quad = [p(-0.5, -0.3, 0.0), p(0.5, -0.3, 0.0), p(0.5, 0.3, 0.1), p(-0.5, 0.3, 0.1)];
+    let shear = p(0.3, 0.0, 0.0);
     let tetrahedron = [Vec3::ZERO, 0.3 * Vec3::X, 0.4 * Vec3::Y, 0.5 * Vec3::Z];
     let above = [p(0.1, 0.0, 0.1), p(0.0, 0.1, 0.9), p(0.9, 0.5, 0.2)];
     vec![
         mesh("triangle", &quad[..3], &[[0, 1, 2]], &outside[..3]),
         mesh("quad", &quad, &[[0, 1, 2], [0, 2, 3]], &above),
+        mesh("quad, turned", &quad, &[[1, 2, 0], [2, 3, 0]], &above),
+        mesh("parallelogram", &[quad[0], quad[1], quad[2] + shear, quad[3] + shear], &[[2, 0, 1], [3, 0, 2]], &above),
+        mesh("quadrangle", &[quad[0], quad[1], quad[2] + shear, quad[3]], &[[2, 0, 1], [3, 0, 2]], &above),
         mesh("closed mesh", &tetrahedron, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], outside),
     ]
 }
@@ -144,17 +148,20 @@ fn place(row: &Row, p: DVec3) -> Vec2 {
 type Claim<'a> = dyn Fn(&AreaLight, &Shape, DVec3, &SurfacePoint) -> f64 + 'a;
 
 fn right(light: &AreaLight, surface: &Shape, p: DVec3, end: &SurfacePoint) -> f64 {
-    light.pdf(surface, p, end).0.into()
+    light.pdf(surface, p, Vec3::ZERO, end).0.into()
 }
+
+/// Normals at the points from which lights are sampled: none, and two that see part of the lights or all.
+const NORMALS: [Vec3; 3] = [Vec3::ZERO, Vec3::new(0.0, -0.6, -0.8), Vec3::new(-0.8, 0.6, 0.0)];
 
 /// Tests points instead of directions, for a light may be seen as a thread, and the density of points has no edge: that
 /// per solid angle times cos θ/d².
-fn test(row: &Row, from: Vec3, claimed: &Claim<'_>) -> Outcome {
+fn test(row: &Row, from: Vec3, n: Vec3, claimed: &Claim<'_>) -> Outcome {
     let light = AreaLight::new(0, &row.surface, Rgb::WHITE).unwrap();
     let p = from.as_dvec3();
     on_square(
         SAMPLES,
-        |i| light.sample(&row.surface, p, uniform(i)).map(|s| place(row, s.end.unwrap().p)),
+        |i| light.sample(&row.surface, p, n, uniform(i)).map(|s| place(row, s.end.unwrap().p)),
         |u| {
             let (end, area) = point(row, u.as_dvec2());
             let to = p - end.p;
@@ -169,14 +176,15 @@ fn test(row: &Row, from: Vec3, claimed: &Claim<'_>) -> Outcome {
 #[test]
 fn samples_follow_their_density_from_everywhere() {
     let table = table();
-    let level = sidak(0.01, table.iter().map(|row| row.from.len()).sum());
+    let normals = |row: &Row| if matches!(row.surface, Shape::Mesh(_)) { &NORMALS[..] } else { &NORMALS[..1] };
+    let level = sidak(0.01, table.iter().map(|row| row.from.len() * normals(row).len()).sum());
     let mut wrong = Vec::new();
     for row in &table {
-        for &from in &row.from {
-            let o = test(row, from, &right);
+        for (&from, &n) in row.from.iter().flat_map(|from| normals(row).iter().map(move |n| (from, n))) {
+            let o = test(row, from, n, &|light, surface, p, end| light.pdf(surface, p, n, end).0.into());
             // The integral has the error of its quadrature at edges.
             if !(o.p_value > level && o.integral < 1.01 && (o.integral + o.lost - 1.0).abs() < 0.02) {
-                wrong.push(format!("{} from {from}: {o:?}", row.name));
+                wrong.push(format!("{} from {from}, normal {n}: {o:?}", row.name));
             }
         }
     }
@@ -267,7 +275,8 @@ fn bright_triangles_are_chosen_more_often() {
     let from = DVec3::new(0.3, 0.4, 0.9);
     for (face, area) in areas.iter().enumerate() {
         let end = mesh.point(face as u32, [0.2, 0.3, 0.5]).point;
-        let ratio = light.pdf(&row.surface, &from, &end, face as u32).0 / plain.pdf(&row.surface, from, &end).0;
+        let ratio =
+            light.pdf(&row.surface, &from, &end, face as u32).0 / plain.pdf(&row.surface, from, Vec3::ZERO, &end).0;
         let expected = if face == 2 { 0.5 + 0.5 * total / area } else { 0.5 };
         assert!((f64::from(ratio) / expected - 1.0).abs() < 1e-5, "{face}: {ratio}, {expected}");
     }
@@ -280,8 +289,9 @@ fn bright_triangles_are_chosen_more_often() {
 fn wrong_densities_are_rejected() {
     let distance2 = |p: DVec3, end: &SurfacePoint| (end.p - p).length_squared();
     let cos = |p: DVec3, end: &SurfacePoint| (end.p - p).normalize().dot(end.n.as_dvec3()).abs();
-    let claims: [(&str, &str, &Claim<'_>); 6] = [
+    let claims: [(&str, &str, &Claim<'_>); 7] = [
         ("quad", "no cosine", &|l, s, p, end| right(l, s, p, end) * cos(p, end)),
+        ("quad", "uniform over the area", &|_, s, p, end| distance2(p, end) / (s.area() * cos(p, end))),
         ("disk", "no squared distance", &|l, s, p, end| right(l, s, p, end) / distance2(p, end)),
         ("ellipse", "an area without π", &|l, s, p, end| right(l, s, p, end) * std::f64::consts::PI),
         ("sphere", "uniform over the area", &|_, s, p, end| distance2(p, end) / (s.area() * cos(p, end))),
@@ -291,7 +301,7 @@ fn wrong_densities_are_rejected() {
     for (name, what, claim) in claims {
         let table = table();
         let row = table.iter().find(|row| row.name == name).unwrap();
-        let o = test(row, row.from[1], claim);
+        let o = test(row, row.from[1], Vec3::ZERO, claim);
         assert!(o.p_value < 1e-6, "{name}: {what} was accepted: {o:?}");
     }
 }

@@ -148,7 +148,7 @@ impl VaryingLight {
                 AreaLight::seen_from(p, pdf, end)
             }
             (_, _) if self.both_sides => AreaLight::seen_from(p, self.area.uniform_pdf(), end),
-            (quadric, _) => self.area.pdf(quadric, p, end),
+            (quadric, _) => self.area.pdf(quadric, p, Vec3::ZERO, end),
         }
     }
 

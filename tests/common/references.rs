@@ -16,7 +16,7 @@ pub struct Reference {
 }
 
 /// Every own scene.
-pub const REFERENCES: [Reference; 10] = [
+pub const REFERENCES: [Reference; 11] = [
     Reference { name: "caustic", samples: 16_384 },
     Reference { name: "cornell-box", samples: 65_536 },
     Reference { name: "cornell-box-materials", samples: 65_536 },
@@ -24,6 +24,7 @@ pub const REFERENCES: [Reference; 10] = [
     Reference { name: "furnace", samples: 16_384 },
     Reference { name: "glass", samples: 16_384 },
     Reference { name: "layers", samples: 16_384 },
+    Reference { name: "many-lights", samples: 16_384 },
     Reference { name: "million", samples: 16_384 },
     Reference { name: "plates", samples: 16_384 },
     Reference { name: "shelf", samples: 16_384 },

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::sampler::{Sampler, SamplerKind};
+use crate::shape::TriangleMesh;
 use crate::shape::disk::Disk;
 
 fn shapes() -> Vec<(&'static str, Shape)> {
@@ -29,7 +30,7 @@ fn shapes() -> Vec<(&'static str, Shape)> {
 
 fn samples(light: &AreaLight, surface: &Shape, p: DVec3) -> Vec<Option<LightSample>> {
     let sampler = Sampler { kind: SamplerKind::Sobol, seed: 1 };
-    (0..1 << 16).map(|i| light.sample(surface, p, sampler.stream(0, 0, i).light(0).point())).collect()
+    (0..1 << 16).map(|i| light.sample(surface, p, Vec3::ZERO, sampler.stream(0, 0, i).light(0).point())).collect()
 }
 
 /// The mean of f/pdf over light samples equals the integral of f over the solid angle, here f = 1 (the solid angle that
@@ -72,7 +73,7 @@ fn sampled_and_queried_densities_agree_and_points_lie_on_the_ray() {
         let p = DVec3::new(-0.6, 0.2, 0.3);
         for s in samples(&light, &surface, p).iter().flatten() {
             let end = s.end.unwrap();
-            let queried = light.pdf(&surface, p, &end).0;
+            let queried = light.pdf(&surface, p, Vec3::ZERO, &end).0;
             assert!((queried / s.pdf.unwrap().0 - 1.0).abs() < 1e-4, "{name}: {queried} against {}", s.pdf.unwrap().0);
             let w = (end.p - p).normalize().as_vec3();
             assert!((w - s.wi).length() < 1e-6, "{name}: {w} against {}", s.wi);

@@ -27,6 +27,7 @@ NAMES = [
     "furnace",
     "glass",
     "layers",
+    "many-lights",
     "million",
     "plates",
     "shelf",
