@@ -157,6 +157,10 @@ pub(super) struct RenderArgs {
     /// The first vertex at which Russian roulette may end a path, in place of the file's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) rr_depth: Option<u32>,
+    /// Whether neighbouring pixels share what their paths find: much less noise where light comes from diffuse surfaces, but
+    /// alike in neighbours. 'auto' tries whether it pays.
+    #[arg(long, value_enum, value_name = "WHEN", default_value_t = ReuseName::Auto)]
+    pub(super) reuse: ReuseName,
     /// Seed of the random numbers, in place of the file's.
     #[arg(long, value_name = "N")]
     pub(super) seed: Option<u64>,
@@ -184,6 +188,14 @@ pub(super) struct RenderArgs {
     /// Print more.
     #[arg(short, long)]
     pub(super) verbose: bool,
+}
+
+/// Whether paths are shared.
+#[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
+pub(super) enum ReuseName {
+    Auto,
+    On,
+    Off,
 }
 
 /// What can be written beside the picture.

@@ -1,7 +1,7 @@
 //! `snell render`.
 
 use super::aov::Beside;
-use super::args::{AovName, IntegratorName, RenderArgs};
+use super::args::{AovName, IntegratorName, RenderArgs, ReuseName};
 use super::prepare::{self, Prepared};
 use super::progress::{Display, quantity};
 use super::stats::{Names, Stats};
@@ -37,7 +37,10 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     for warning in &prepared.warnings {
         say(format_args!("warning: {warning}"));
     }
-    let (settings, integrator) = settings(args, &prepared);
+    let (mut settings, integrator) = settings(args, &prepared);
+    if args.reuse == ReuseName::Auto {
+        settings.integrator = pool.install(|| settings.integrator.with_reuse_where_it_pays(&prepared.scene));
+    }
     if let Some(id) = args.replay {
         return replay::run(&prepared.scene, &settings, id).map(|()| ExitCode::SUCCESS);
     }
@@ -61,8 +64,12 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let display = Display::start(&progress, total_samples(&prepared.scene, &settings), args.quiet);
     let rendered = render_with(&prepared.scene, &settings, &beside.aovs, &pool, &progress);
     drop(display);
-    let names =
-        Names { integrator: integrator.text(), sampler: args.sampler.text(), threads: pool.current_num_threads() };
+    let names = Names {
+        integrator: integrator.text(),
+        sampler: args.sampler.text(),
+        path_reuse: settings.integrator.reuse,
+        threads: pool.current_num_threads(),
+    };
     report(command, &prepared, &rendered, &say);
     // What cannot be written keeps nothing else from being written.
     let mut failures = Vec::new();
@@ -146,6 +153,7 @@ fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, Integrat
             max_depth,
             rr_depth: args.rr_depth.unwrap_or(file.rr_depth),
             hide_emitters: file.hide_emitters,
+            reuse: args.reuse == ReuseName::On,
             hide_environment: !args.env_visible,
         },
     };

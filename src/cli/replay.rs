@@ -52,6 +52,7 @@ fn describe(scene: &Scene, event: Event) -> String {
         Event::Scattered { throughput, survival, .. } => {
             format!("  goes on with throughput {}, survival {survival}", rgb(throughput))
         }
+        Event::Shared => "shared with neighbours".into(),
         Event::Ended { reason } => format!("  ends: {reason}"),
         Event::Finished { radiance } => format!("radiance {}", rgb(radiance)),
     }

@@ -14,6 +14,8 @@ pub(super) struct Stats<'a> {
     accelerator: String,
     integrator: &'a str,
     sampler: &'a str,
+    /// Whether neighbouring pixels shared what their paths found.
+    path_reuse: bool,
     threads: usize,
     load_seconds: f64,
     build_seconds: f64,
@@ -103,6 +105,7 @@ impl Comparison {
 pub(super) struct Names<'a> {
     pub(super) integrator: &'a str,
     pub(super) sampler: &'a str,
+    pub(super) path_reuse: bool,
     pub(super) threads: usize,
 }
 
@@ -115,6 +118,7 @@ impl<'a> Stats<'a> {
             accelerator: accel.name(),
             integrator: names.integrator,
             sampler: names.sampler,
+            path_reuse: names.path_reuse,
             threads: names.threads,
             load_seconds: prepared.load.as_secs_f64(),
             build_seconds: prepared.build.as_secs_f64(),

@@ -138,6 +138,14 @@ impl Grid {
     }
 }
 
+/// The tile that pixel (x, y) is in, where samples are taken in `area`; of a pixel that is not in there, what would be one.
+pub fn tile_around(area: Area, x: i32, y: i32) -> Area {
+    let edge = TILE_SIZE.cast_signed();
+    let start = |x: i32, origin: i32| origin + (x - origin).div_euclid(edge) * edge;
+    let tile = Area { x: start(x, area.x), y: start(y, area.y), width: TILE_SIZE, height: TILE_SIZE };
+    if area.contains(x, y) { tile.intersection(area) } else { tile }
+}
+
 /// The sums of every pixel of the crop window.
 pub struct Film {
     /// The pixels that it holds.

@@ -21,13 +21,14 @@ mod nee;
 mod path;
 mod path_state;
 pub mod record;
+mod reuse;
 mod technique;
 mod wave;
 
 pub use technique::Technique;
 pub use wave::RayCounts;
 
-use crate::film::{SampleId, Tile};
+use crate::film::{SampleId, Tile, tile_around};
 use crate::image::Area;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -74,13 +75,15 @@ pub struct Integrator {
     pub hide_emitters: bool,
     /// Light from infinitely far away is invisible to camera rays, but lights everything.
     pub hide_environment: bool,
+    /// Neighbouring pixels share what their paths find, where that is possible: see [`reuse`].
+    pub reuse: bool,
 }
 
 impl Integrator {
     /// Takes the samples `samples` of every pixel of `tile`, and counts the rays they took.
     pub fn sample_tile(&self, scene: &Scene, sampler: &Sampler, samples: Range<u32>, tile: &mut Tile) -> RayCounts {
         let bounds = tile.bounds();
-        let ids = sample_ids(bounds, samples);
+        let ids = self.sample_ids(scene, bounds, samples);
         let mut counts = RayCounts::default();
         self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |id: SampleId, radiance: Rgb| {
             tile.add_sample(id, radiance, || {
@@ -99,7 +102,7 @@ impl Integrator {
         samples: Range<u32>,
         tile: &mut Tile,
     ) -> RayCounts {
-        let ids = sample_ids(tile.bounds(), samples);
+        let ids = self.sample_ids(scene, tile.bounds(), samples);
         let mut counts = RayCounts::default();
         let mut sink = AovSink::new(scene, aovs, tile, self.max_depth > 0 && !self.hides_sky());
         self.walk(scene, sampler, ids, &mut (), &mut counts, &mut sink);
@@ -119,15 +122,47 @@ impl Integrator {
         self.walk(scene, sampler, ids, record, &mut RayCounts::default(), &mut |_: SampleId, _: Rgb| {});
     }
 
+    /// The same with [`Self::reuse`] as it serves `scene` best; asked on the threads of the current pool.
+    #[must_use]
+    pub fn with_reuse_where_it_pays(self, scene: &Scene) -> Self {
+        let possible = Self { reuse: true, ..self };
+        Self { reuse: possible.shares(scene) && possible.sharing_pays(scene), ..self }
+    }
+
+    /// Whether paths share what they find: only where there is something to share, and nothing on the way absorbs.
+    fn shares(&self, scene: &Scene) -> bool {
+        self.reuse && self.estimator == Estimator::Path && self.max_depth > 2 && self.rr_depth > 1 && !scene.absorbs()
+    }
+
+    /// Samples in the order in which they are taken.
+    fn sample_ids(&self, scene: &Scene, pixels: Area, samples: Range<u32>) -> Box<dyn Iterator<Item = SampleId>> {
+        match self.shares(scene) {
+            true => Box::new(reuse::grouped_ids(pixels, samples)),
+            false => Box::new(sample_ids(pixels, samples)),
+        }
+    }
+
     /// Whether camera rays do not see light from infinitely far away.
     fn hides_sky(&self) -> bool {
         self.hide_emitters || self.hide_environment
     }
 
-    /// Walks one path and tells `record` of every step.
+    /// Walks one path, and those that share with it, and tells `record` of every step of the one. The picture is cut into tiles
+    /// as in a render of the scene's crop.
     pub fn replay(&self, scene: &Scene, sampler: &Sampler, id: SampleId, record: &mut impl Record) {
         let mut counts = RayCounts::default();
-        self.walk(scene, sampler, [id].into_iter(), record, &mut counts, &mut |_: SampleId, _: Rgb| {});
+        let mut only = record::Only { id, to: record, spoken_of: false };
+        let group = match self.shares(scene) {
+            true => {
+                let film = &scene.film;
+                let tile = tile_around(film.filter.sampled_area(film.crop, film.sample_border), id.x, id.y);
+                reuse::grouped_ids(tile, id.index..id.index + 1)
+                    .filter(|&other| reuse::Group::of(other) == reuse::Group::of(id))
+                    .collect()
+            }
+            false => vec![id],
+        };
+        self.walk(scene, sampler, group.into_iter(), &mut only, &mut counts, &mut |_: SampleId, _: Rgb| {});
     }
 
     fn walk(

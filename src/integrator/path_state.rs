@@ -38,7 +38,9 @@ pub(super) struct PathState {
     pub(super) segment: Segment,
     /// Product of f·|cos|/pdf over the vertices so far.
     pub(super) throughput: Rgb,
-    /// Light found so far, weighted.
+    /// What the throughput was divided by when others began to share in what the path finds; white before.
+    pub(super) carried: Rgb,
+    /// Light found so far, weighted; once it is shared, what was found since, per unit of [`Self::carried`].
     pub(super) radiance: Rgb,
     /// Product of η² over the refractions so far: what radiance, and so the throughput, was divided by.
     pub(super) eta_squared: f32,

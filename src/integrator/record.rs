@@ -54,6 +54,9 @@ pub enum Event {
         /// Why.
         reason: &'static str,
     },
+    /// What the path found beyond a diffuse second vertex is shared with neighbours, and what they found with it: the sum of
+    /// what was told is not the sample's radiance.
+    Shared,
     /// All is told.
     Finished {
         /// Radiance of the whole sample.
@@ -74,6 +77,28 @@ pub trait Record {
 impl Record for () {
     #[inline(always)]
     fn event(&mut self, _: Event) {}
+}
+
+/// Passes on what is told of one path.
+pub(super) struct Only<'a, R> {
+    /// Which.
+    pub(super) id: SampleId,
+    /// Who listens.
+    pub(super) to: &'a mut R,
+    /// Whether it is spoken of.
+    pub(super) spoken_of: bool,
+}
+
+impl<R: Record> Record for Only<'_, R> {
+    fn at(&mut self, id: impl FnOnce() -> SampleId) {
+        self.spoken_of = id() == self.id;
+    }
+
+    fn event(&mut self, event: Event) {
+        if self.spoken_of {
+            self.to.event(event);
+        }
+    }
 }
 
 impl<F: FnMut(Event)> Record for F {

@@ -13,6 +13,7 @@ use super::Integrator;
 use super::aov::Sink;
 use super::path_state::{NOTHING_INSIDE, PathState, Segment};
 use super::record::{Event, Record};
+use super::reuse::{Group, Reuse};
 use super::technique::Technique;
 use crate::accel::{Hit, Start};
 use crate::camera::Camera;
@@ -99,6 +100,8 @@ struct Wave {
     occluded: Vec<bool>,
     /// Room for the layers of one surface.
     layers: Vec<Layer>,
+    /// What neighbours share, if they do.
+    reuse: Option<Reuse>,
     /// Uniform numbers of the vertex at hand, and of the film before there is one.
     bsdf_numbers: Batch,
     light_numbers: Batch,
@@ -108,7 +111,7 @@ impl Walker<'_> {
     /// Walks the paths of `ids` to their ends and hands each to `sink`.
     pub(super) fn run<T: Technique, S: Sink>(
         &self,
-        mut ids: impl Iterator<Item = SampleId>,
+        ids: impl Iterator<Item = SampleId>,
         record: &mut impl Record,
         counts: &mut RayCounts,
         sink: &mut S,
@@ -118,12 +121,16 @@ impl Walker<'_> {
         if black && !S::LOOKS {
             return ids.for_each(|id| sink.finished(0, &self.start(id)));
         }
-        let mut wave = Wave::default();
+        let mut ids = ids.peekable();
+        let mut wave = Wave { reuse: self.limits.shares(self.scene).then(Reuse::default), ..Wave::default() };
         loop {
             wave.paths.clear();
             wave.paths.extend(ids.by_ref().take(WAVE_SIZE).map(|id| self.start(id)));
-            if wave.paths.is_empty() {
-                return;
+            let Some(last) = wave.paths.last().map(|path| path.id) else { return };
+            if wave.reuse.is_some() {
+                // Those who share are in one wave.
+                let rest = std::iter::from_fn(|| ids.next_if(|&id| Group::of(id) == Group::of(last)));
+                wave.paths.extend(rest.map(|id| self.start(id)));
             }
             wave.active.extend(0..wave.paths.len() as u32);
             self.aim(&mut wave);
@@ -133,21 +140,35 @@ impl Walker<'_> {
                 self.skip_emitters(&mut wave, counts);
             }
             sink.first_hits(&wave.rays, &wave.paths, &wave.hits);
+            if let Some(reuse) = &mut wave.reuse {
+                reuse.start(&wave.paths, &wave.hits);
+            }
             if black {
-                wave.paths.iter_mut().for_each(|path| path.alive = false);
-                wave.retire(record, sink);
-                continue;
+                wave.active.clear();
             }
             for vertex in 0.. {
-                self.draw::<T>(&mut wave, vertex);
-                self.advance_all::<T>(&mut wave, record);
-                self.resolve_shadows(&mut wave, record, counts);
-                wave.retire(record, sink);
                 if wave.active.is_empty() {
                     break;
                 }
-                counts.bounce += wave.active.len() as u64;
-                self.trace(&mut wave, false, counts);
+                if vertex > 0 {
+                    counts.bounce += wave.active.len() as u64;
+                    self.trace(&mut wave, false, counts);
+                }
+                self.draw::<T>(&mut wave, vertex);
+                self.advance_all::<T>(&mut wave, record);
+                self.resolve_shadows(&mut wave, record, counts);
+                wave.active.retain(|&i| wave.paths[i as usize].alive);
+            }
+            if let Some(reuse) = &mut wave.reuse {
+                self.share(reuse, &mut wave.paths, &mut wave.layers, counts);
+            }
+            for (index, path) in wave.paths.iter().enumerate() {
+                record.at(|| path.id);
+                if wave.reuse.is_some() {
+                    record.event(Event::Shared);
+                }
+                record.event(Event::Finished { radiance: path.radiance });
+                sink.finished(index, path);
             }
         }
     }
@@ -159,6 +180,7 @@ impl Walker<'_> {
             from: Hit::NONE,
             segment: Segment::Delta,
             throughput: Rgb::WHITE,
+            carried: Rgb::WHITE,
             radiance: Rgb::BLACK,
             eta_squared: 1.0,
             inside: NOTHING_INSIDE,
@@ -267,6 +289,11 @@ impl Walker<'_> {
         if last {
             return end(path, "the depth limit", record);
         }
+        if path.depth == 2
+            && let Some(reuse) = &mut wave.reuse
+        {
+            reuse.join(id as usize, path, &surface, hit);
+        }
         let wo = surface.frame.to_local(surface.wo);
         // Light sampled on purpose.
         if T::SAMPLES_LIGHTS
@@ -323,8 +350,8 @@ impl Walker<'_> {
             return record.event(Event::Scattered { throughput: before, survival: 1.0, delta });
         }
         // η² undoes the compression of radiance in dense media, which is no loss of energy (Veach 1997, section 5.2).
-        let survival = attainable(min(before.max_component() * path.eta_squared, MAX_SURVIVAL));
-        record.event(Event::Scattered { throughput: before, survival, delta });
+        let survival = attainable(min((before * path.carried).max_component() * path.eta_squared, MAX_SURVIVAL));
+        record.event(Event::Scattered { throughput: before * path.carried, survival, delta });
         if !(u.roulette() < survival) {
             return end(path, "roulette", record);
         }
@@ -413,7 +440,7 @@ impl Walker<'_> {
             }
         };
         let found = path.throughput * radiance * weight;
-        record.event(Event::Found { radiance: found, weight });
+        record.event(Event::Found { radiance: path.carried * found, weight });
         path.radiance += found;
     }
 
@@ -442,7 +469,7 @@ impl Walker<'_> {
             None => (1.0, pmf),
         };
         let radiance = path.throughput * f * sample.radiance * (weight / pdf);
-        record.event(Event::Sampled { radiance, weight });
+        record.event(Event::Sampled { radiance: path.carried * radiance, weight });
         Some((surface.shadow_ray(&sample), sample.on, radiance))
     }
 
@@ -454,10 +481,11 @@ impl Walker<'_> {
         self.scene.accel.occluded_between(&wave.shadow_rays, &wave.shadow_ends, &mut wave.occluded);
         counts.time += start.elapsed();
         for ((pending, &occluded), &ray) in wave.pending.iter().zip(&wave.occluded).zip(&wave.shadow_rays) {
-            record.at(|| wave.paths[pending.path as usize].id);
-            record.event(Event::Shadow { ray, radiance: pending.radiance, occluded });
+            let path = &mut wave.paths[pending.path as usize];
+            record.at(|| path.id);
+            record.event(Event::Shadow { ray, radiance: path.carried * pending.radiance, occluded });
             if !occluded {
-                wave.paths[pending.path as usize].radiance += pending.radiance;
+                path.radiance += pending.radiance;
             }
         }
         wave.shadow_rays.clear();
@@ -514,19 +542,6 @@ impl Wave {
             let film = Vec2::new(path.id.x as f32, path.id.y as f32) + self.bsdf_numbers.film(i);
             path.ray = ray(film, self.bsdf_numbers.lens(i));
         }
-    }
-
-    /// Takes finished paths out of the wave.
-    fn retire(&mut self, record: &mut impl Record, sink: &mut impl Sink) {
-        self.active.retain(|&i| {
-            let path = &self.paths[i as usize];
-            if !path.alive {
-                record.at(|| path.id);
-                record.event(Event::Finished { radiance: path.radiance });
-                sink.finished(i as usize, path);
-            }
-            path.alive
-        });
     }
 }
 

@@ -22,6 +22,7 @@ mod sobol;
 mod word;
 
 pub use batch::Batch;
+pub use hash::mix64;
 
 use glam::Vec2;
 

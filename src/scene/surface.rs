@@ -49,13 +49,16 @@ impl<'a> Surface<'a> {
     /// The ray that is free if and only if the light sample is visible from here.
     #[inline(always)]
     pub fn shadow_ray(&self, light: &LightSample) -> Ray {
-        let origin = self.point.origin_towards(light.wi);
         match &light.end {
-            None => Ray::new(origin, light.wi),
-            Some(end) => {
-                let segment = (end.p - self.point.p).abs().as_vec3();
-                Ray::segment(origin, end.end_towards(-light.wi, segment))
-            }
+            None => self.spawn(light.wi),
+            Some(end) => self.ray_to(light.wi, end),
         }
+    }
+
+    /// The ray that is free if and only if the point `end` of a surface, in direction `wi`, is visible from here.
+    #[inline(always)]
+    pub fn ray_to(&self, wi: Vec3, end: &SurfacePoint) -> Ray {
+        let segment = (end.p - self.point.p).abs().as_vec3();
+        Ray::segment(self.point.origin_towards(wi), end.end_towards(-wi, segment))
     }
 }

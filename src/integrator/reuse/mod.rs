@@ -1,0 +1,196 @@
+//! Neighbours lend each other what their paths found: path reuse within a pixel's surroundings.
+//!
+//! # What is shared
+//!
+//! The paths of one sample of a few neighbouring pixels leave their first surfaces at points xₖ and meet others at yₖ. Light
+//! that yⱼ scatters, all that path j goes on to find there, is an estimate R(yⱼ) of the radiance that leaves yⱼ; and where yⱼ
+//! scatters alike in all directions, it leaves towards the other xᵢ, too. So each pixel's indirect light is estimated by
+//! all the paths of its group, for the price of the rays that tell whether xᵢ sees yⱼ (Bekaert, Sbert and Halton 2002,
+//! *Accelerating Path Tracing by Re-Using Paths*). With the balance heuristic over all that could have found yⱼ,
+//!
+//! Lᵢ = Σⱼ f(xᵢ, yⱼ)·G(xᵢ, yⱼ)·R(yⱼ) / Σₖ pₖ(yⱼ), pₖ(y) = pₖ(ω)·|cos θ_y|/|xₖ − y|² where xₖ sees y, else 0,
+//!
+//! f with its cosine at x, G = |cos θ_y|/|x − y|² where they see each other. The sum of weights is 1 for every y, so the
+//! expected value is that of the path alone, whatever the neighbours are; the noise of neighbours is alike, but less.
+//!
+//! What stays a path's own: light that it samples at x or runs into at y, and everything where x scatters by a delta lobe
+//! or y is anything but diffuse.
+//!
+//! Who shares with whom is the business of [`group`]; whether it pays, of [`trial`].
+
+mod group;
+mod trial;
+
+pub(super) use group::{Group, grouped_ids};
+
+use super::path_state::{PathState, Segment};
+use super::wave::{RayCounts, Walker};
+use crate::accel::Hit;
+use crate::bsdf::Bsdf;
+use crate::material::{Layer, Scatter};
+use crate::math::ray::Ray;
+use crate::scene::Surface;
+use crate::shape::offset::SurfacePoint;
+use crate::spectrum::Rgb;
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+use std::time::Instant;
+
+/// A second vertex that others may use.
+#[derive(Clone, Copy, Debug)]
+struct Joint {
+    /// The point.
+    point: SurfacePoint,
+    /// What it lies on.
+    hit: Hit,
+    /// The normals, geometric and shading, on the side that is seen.
+    sides: [Vec3; 2],
+    /// Density with which the path itself finds the point, with respect to area.
+    density: f64,
+    /// Radiance of the path up to here; once the path has ended, what it found beyond, per unit of what it carries.
+    radiance: Rgb,
+}
+
+impl Joint {
+    /// The direction to it and |cos|/distance² there; `None` from behind.
+    #[inline(always)]
+    fn seen_from(&self, p: DVec3) -> Option<(Vec3, f64)> {
+        let to = self.point.p - p;
+        let distance_squared = to.length_squared();
+        let wi = (to / distance_squared.sqrt()).as_vec3();
+        let [cos, shading] = self.sides.map(|n| -n.dot(wi));
+        (cos > 0.0 && shading > 0.0).then(|| (wi, f64::from(cos) / distance_squared))
+    }
+}
+
+/// How a first vertex sees another path's joint.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    /// Indices of the paths.
+    from: usize,
+    to: usize,
+    /// f·|cos| at the first vertex.
+    f: Rgb,
+    /// |cos|/distance² at the joint.
+    geometry: f64,
+    /// Density with which the first vertex finds the joint, with respect to area.
+    density: f64,
+}
+
+/// What a wave needs for sharing.
+#[derive(Default)]
+pub(super) struct Reuse {
+    /// The first rays of all paths and what they met.
+    first: Vec<(Ray, Hit)>,
+    /// Of all paths.
+    joints: Vec<Option<Joint>>,
+    links: Vec<Link>,
+    rays: Vec<Ray>,
+    ends: Vec<[Hit; 2]>,
+    occluded: Vec<bool>,
+}
+
+impl Reuse {
+    /// Starts with the paths of a wave and what their camera rays met.
+    pub(super) fn start(&mut self, paths: &[PathState], hits: &[Hit]) {
+        self.first.clear();
+        self.first.extend(paths.iter().zip(hits).map(|(path, hit)| (path.ray, *hit)));
+        self.joints.clear();
+        self.joints.resize(paths.len(), None);
+    }
+
+    /// What path `index` finds from now on counts for others, too, if the surface is diffuse; `hit` is its second.
+    #[inline(never)]
+    pub(super) fn join(&mut self, index: usize, path: &mut PathState, surface: &Surface<'_>, hit: Hit) {
+        let Segment::Smooth { pdf, from, .. } = path.segment else { return };
+        if !matches!(surface.bsdf, Scatter::One(Bsdf::Diffuse(_))) {
+            return;
+        }
+        let towards = |n: Vec3| if n.dot(surface.wo) < 0.0 { -n } else { n };
+        let sides = [towards(surface.point.n), towards(surface.frame.n)];
+        let mut joint = Joint { point: surface.point, hit, sides, density: 0.0, radiance: path.radiance };
+        let Some((_, geometry)) = joint.seen_from(from) else { return };
+        joint.density = f64::from(pdf.0) * geometry;
+        self.joints[index] = Some(joint);
+        path.carried = path.throughput;
+        path.throughput = Rgb::WHITE;
+        path.radiance = Rgb::BLACK;
+    }
+}
+
+impl Walker<'_> {
+    /// Gives every path what the paths of its group have found for it.
+    #[inline(never)]
+    pub(super) fn share(
+        &self,
+        reuse: &mut Reuse,
+        paths: &mut [PathState],
+        layers: &mut Vec<Layer>,
+        counts: &mut RayCounts,
+    ) {
+        for (joint, path) in reuse.joints.iter_mut().zip(&mut *paths) {
+            if let Some(joint) = joint {
+                std::mem::swap(&mut joint.radiance, &mut path.radiance);
+            }
+        }
+        reuse.links.clear();
+        reuse.rays.clear();
+        reuse.ends.clear();
+        let mut groups = Vec::new();
+        let mut start = 0;
+        for group in paths.chunk_by(|a, b| Group::of(a.id) == Group::of(b.id)) {
+            let first_link = reuse.links.len();
+            let members = start..start + group.len();
+            self.link(reuse, members.clone(), layers);
+            start = members.end;
+            groups.push((members, first_link..reuse.links.len()));
+        }
+        counts.shadow += reuse.rays.len() as u64;
+        reuse.occluded.resize(reuse.rays.len(), false);
+        let now = Instant::now();
+        self.scene.accel.occluded_between(&reuse.rays, &reuse.ends, &mut reuse.occluded);
+        counts.time += now.elapsed();
+        for (members, links) in groups {
+            for to in members {
+                let Some(joint) = &reuse.joints[to] else { continue };
+                let found = joint.radiance;
+                let free = || links.clone().filter(|&l| reuse.links[l].to == to && !reuse.occluded[l]);
+                let density = joint.density + free().map(|l| reuse.links[l].density).sum::<f64>();
+                let own = (joint.density / density) as f32;
+                let carried = paths[to].carried;
+                paths[to].radiance += carried * found * own;
+                for link in free().map(|l| &reuse.links[l]) {
+                    paths[link.from].radiance += link.f * found * (link.geometry / density) as f32;
+                }
+            }
+        }
+    }
+
+    /// Finds the ways from the first vertices of a group to the joints of its other paths.
+    fn link(&self, reuse: &mut Reuse, members: Range<usize>, layers: &mut Vec<Layer>) {
+        let joint = |reuse: &Reuse, to: usize| reuse.joints[to].filter(|joint| !joint.radiance.is_black());
+        for from in members.clone() {
+            let (ray, hit) = reuse.first[from];
+            if !hit.is_some() || !members.clone().any(|to| to != from && joint(reuse, to).is_some()) {
+                continue;
+            }
+            let surface = self.scene.surface(&ray, hit, layers);
+            if !surface.bsdf.lobes().smooth {
+                continue;
+            }
+            let wo = surface.frame.to_local(surface.wo);
+            for to in members.clone().filter(|&to| to != from) {
+                let Some(joint) = joint(reuse, to) else { continue };
+                let Some((wi, geometry)) = joint.seen_from(surface.p()) else { continue };
+                let (f, pdf) = surface.bsdf.eval_pdf(wo, surface.frame.to_local(wi));
+                let density = f64::from(pdf.0) * geometry;
+                if f.is_black() && !(density > 0.0) {
+                    continue;
+                }
+                reuse.links.push(Link { from, to, f, geometry, density });
+                reuse.rays.push(surface.ray_to(wi, &joint.point));
+                reuse.ends.push([hit, joint.hit]);
+            }
+        }
+    }
+}
