@@ -5,7 +5,6 @@ The same bytes on every machine: the random numbers are Python's Mersenne Twiste
 rounded to four digits.
 """
 
-import math
 import os
 import random
 
@@ -14,9 +13,10 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 # Half the hall's width and length, and its height, in metres.
 WIDTH, LENGTH, HEIGHT = 4.0, 6.0, 3.2
 
-# Lamps of each kind, and the decades of their powers in W.
+# Lamps of each kind, the decades of their sizes in metres, and those of their radiances in W/(sr m^2).
 KINDS = {"sphere": 80, "disk": 50, "rectangle": 50, "cube": 20}
-DECADES = (-2.8, 1.2)
+SIZES = (-2.0, -0.9)
+RADIANCES = (-0.3, 1.7)
 
 # Where pillars stand, half as wide as HALF says; nothing else may be in there.
 PILLARS = [(x, z) for z in (-3.6, -0.6, 2.4) for x in (-2.2, 2.2)]
@@ -129,21 +129,19 @@ def free_place(rng, margin):
 
 
 def lamp(rng, kind):
-    size = 10 ** rng.uniform(-2.0, -0.9)
+    size = 10 ** rng.uniform(*SIZES)
     x, z = free_place(rng, 0.3)
-    power = 10 ** rng.uniform(*DECADES)
+    radiance = 10 ** rng.uniform(*RADIANCES)
     warmth = rng.random()
     colour = [0.6 + 0.7 * warmth, 0.9 + 0.1 * warmth, 1.4 - 1.0 * warmth]
     hanging = translate(x, rng.uniform(0.4, HEIGHT - 0.4), z)
     if kind == "sphere":
-        area, steps = 4 * math.pi * size**2, [scale(size, size, size), hanging]
+        steps = [scale(size, size, size), hanging]
     elif kind == "cube":
-        area = 24 * size**2
         turns = [rotate("x", rng.uniform(0, 90)), rotate("y", rng.uniform(0, 90))]
         steps = [scale(size, size, size), *turns, hanging]
     else:
         long = size * rng.uniform(1.0, 4.0) if kind == "rectangle" else size
-        area = math.pi * size**2 if kind == "disk" else 4 * size * long
         # Under the ceiling, or on the wall to the left or to the right.
         side = rng.choice((0, 0, -1, 1))
         if side == 0:
@@ -151,7 +149,7 @@ def lamp(rng, kind):
         else:
             height = rng.uniform(0.4, HEIGHT - 0.4)
             steps = [scale(long, size, 1), rotate("y", -90 * side), translate(side * (WIDTH - 0.02), height, z)]
-    return shape(kind, steps, "lamp", [c * power / (math.pi * area) for c in colour])
+    return shape(kind, steps, "lamp", [c * radiance for c in colour])
 
 
 def main():

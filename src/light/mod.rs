@@ -22,7 +22,7 @@ pub use directional::DirectionalLight;
 pub use environment::EnvironmentLight;
 pub use point::PointLight;
 pub use projector::ProjectorLight;
-pub use reach::{Reach, Receiver};
+pub use reach::{Beam, Reach, Receiver};
 pub use sampler::LightSampler;
 pub use slide::Slide;
 pub use spot::{SpotLight, SpotSlide};

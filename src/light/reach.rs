@@ -48,9 +48,93 @@ fn sine(cos: f32) -> f32 {
     max(0.0, 1.0 - cos * cos).sqrt()
 }
 
-/// Cosine of max(0, a − b), of angles in [0, π], by their cosines.
-fn cos_of_difference(cos_a: f32, cos_b: f32) -> f32 {
-    if cos_a > cos_b { 1.0 } else { cos_a * cos_b + sine(cos_a) * sine(cos_b) }
+/// An angle of [0, π] by its cosine and its sine.
+#[derive(Clone, Copy, Debug)]
+struct Angle {
+    cos: f32,
+    sin: f32,
+}
+
+impl Angle {
+    #[inline(always)]
+    fn of_cos(cos: f32) -> Self {
+        Self { cos, sin: sine(cos) }
+    }
+
+    /// max(0, self − other).
+    #[inline(always)]
+    fn less(self, other: Self) -> Self {
+        if self.cos > other.cos {
+            return Self { cos: 1.0, sin: 0.0 };
+        }
+        let cos = self.cos * other.cos + self.sin * other.sin;
+        Self { cos, sin: self.sin * other.cos - self.cos * other.sin }
+    }
+}
+
+/// A [`Reach`], ready to be asked what it sends.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam {
+    /// Centre and radius of the sphere around the box.
+    centre: Vec3,
+    radius: f32,
+    axis: Vec3,
+    normals: Angle,
+    cos_emission: f32,
+    power: f32,
+    both_sides: bool,
+}
+
+impl Beam {
+    /// Of this reach.
+    pub fn new(reach: &Reach) -> Self {
+        let half = reach.bounds.extent() * 0.5;
+        Self {
+            centre: reach.bounds.min + half,
+            radius: half.length(),
+            axis: reach.axis,
+            normals: Angle::of_cos(reach.cos_normals),
+            cos_emission: reach.cos_emission,
+            power: reach.power,
+            both_sides: reach.both_sides,
+        }
+    }
+
+    /// A bound on what arrives at a receiver: [`Reach::power`], lessened by the square of the distance and by the cosines of
+    /// the smallest angles at either end.
+    #[inline]
+    pub fn importance(&self, at: &Receiver) -> f32 {
+        let to = self.centre - at.p;
+        let (radius_squared, distance_squared) = (self.radius * self.radius, to.length_squared());
+        let near = max(distance_squared, radius_squared);
+        if !(near > 0.0) {
+            // A light without size shines on everything but itself.
+            return 0.0;
+        }
+        let (wi, around) = if distance_squared > radius_squared {
+            let per_distance = 1.0 / distance_squared.sqrt();
+            let sin = min(self.radius * per_distance, 1.0);
+            (to * per_distance, Angle { cos: sine(sin), sin })
+        } else {
+            // From inside the sphere the directions to it are all there are.
+            (to.normalize_or_zero(), Angle { cos: -1.0, sin: 0.0 })
+        };
+        let along = -self.axis.dot(wi);
+        let axis = Angle::of_cos(if self.both_sides { along.abs() } else { along });
+        let cos_light = axis.less(self.normals).less(around).cos;
+        if cos_light < self.cos_emission - SLACK {
+            return 0.0;
+        }
+        let mut importance = self.power * max(cos_light, SLACK) / near;
+        if at.n != Vec3::ZERO {
+            let cos_receiver = Angle::of_cos(at.n.dot(wi)).less(around).cos;
+            if cos_receiver < -SLACK {
+                return 0.0;
+            }
+            importance *= max(cos_receiver, SLACK);
+        }
+        min(importance, Reach::MOST)
+    }
 }
 
 impl Reach {
@@ -108,40 +192,6 @@ impl Reach {
             Shape::Sphere(_) | Shape::Cylinder(_) | Shape::Placed(_) => (Vec3::Z, -1.0),
         };
         Self { bounds, axis, cos_normals: max(cos_normals, -1.0), cos_emission: 0.0, power: 1.0, both_sides }
-    }
-
-    /// A bound on what arrives at a receiver: [`Self::power`], lessened by the square of the distance and by the cosines of
-    /// the smallest angles at either end.
-    pub fn importance(&self, at: &Receiver) -> f32 {
-        let half = self.bounds.extent() * 0.5;
-        let to = (self.bounds.min + half) - at.p;
-        let (radius_squared, distance_squared) = (half.length_squared(), to.length_squared());
-        // From inside the sphere around the box the directions to it are all there are.
-        let cos_box = match distance_squared > radius_squared {
-            true => max(0.0, 1.0 - radius_squared / distance_squared).sqrt(),
-            false => -1.0,
-        };
-        let near = max(distance_squared, radius_squared);
-        if !(near > 0.0) {
-            // A light without size shines on everything but itself.
-            return 0.0;
-        }
-        let wi = if distance_squared > 0.0 { to / distance_squared.sqrt() } else { Vec3::ZERO };
-        let along = -self.axis.dot(wi);
-        let cos_axis = if self.both_sides { along.abs() } else { along };
-        let cos_light = cos_of_difference(cos_of_difference(cos_axis, self.cos_normals), cos_box);
-        if cos_light < self.cos_emission - SLACK {
-            return 0.0;
-        }
-        let mut importance = self.power * max(cos_light, SLACK) / near;
-        if at.n != Vec3::ZERO {
-            let cos_receiver = cos_of_difference(at.n.dot(wi), cos_box);
-            if cos_receiver < -SLACK {
-                return 0.0;
-            }
-            importance *= max(cos_receiver, SLACK);
-        }
-        min(importance, Self::MOST)
     }
 
     /// Both together.
@@ -232,7 +282,7 @@ mod tests {
                 let (d2, wi) = (to.length_squared(), to.normalize());
                 let cos_receiver = if receiver == Vec3::ZERO { 1.0 } else { max(0.0, wi.dot(receiver)) };
                 let sent = max(0.0, -wi.dot(m)) * cos_receiver / d2;
-                let bound = reach.importance(&Receiver { p: Vec3::ZERO, n: receiver });
+                let bound = Beam::new(&reach).importance(&Receiver { p: Vec3::ZERO, n: receiver });
                 // From inside the sphere around the box the distance is that of the sphere's rim: no bound any more, but
                 // never nothing.
                 let half = bounds.extent() * 0.5;
@@ -257,7 +307,7 @@ mod tests {
             power: 2.0,
             both_sides: false,
         };
-        let at = |p, n| point.importance(&Receiver { p, n });
+        let at = |p, n| Beam::new(&point).importance(&Receiver { p, n });
         assert_eq!(at(Vec3::X, Vec3::ZERO), 0.0);
         assert!((at(Vec3::X * 3.0, Vec3::ZERO) - 0.5).abs() < 1e-6);
         assert_eq!(at(Vec3::X * 3.0, Vec3::X), 0.0);

@@ -1,6 +1,6 @@
 //! Chooses one of the lights for a point, by what each can send there.
 //!
-//! A single light is no choice. Of a few lights the bound on what each sends ([`Reach::importance`]) is computed, which knows
+//! A single light is no choice. Of a few lights the bound on what each sends ([`Beam::importance`]) is computed, which knows
 //! more than any summary of them; many are in a [`LightTree`]. Skies and parallel light, which are equally far from
 //! everything, are chosen against all that is at some distance by the irradiance that they make on average. What hides a
 //! light nobody knows here, and rooms hide more of a sky than of their own lamps; so the share of either is bounded.
@@ -8,7 +8,7 @@
 //! The same point and normal give the same probabilities, whether a light is chosen or was found.
 
 use super::Light;
-use super::reach::{Reach, Receiver, SLACK};
+use super::reach::{Beam, Reach, Receiver, SLACK};
 use super::tree::LightTree;
 use crate::math::float::{max, min};
 use crate::shape::Shape;
@@ -46,8 +46,8 @@ struct Choice {
 /// The lights that are at some distance.
 #[derive(Clone, Debug)]
 enum Finite {
-    /// A few: each one's index and reach. Perhaps none.
-    List(Vec<(u32, Reach)>),
+    /// A few: each one's index and what it sends. Perhaps none.
+    List(Vec<(u32, Beam)>),
     /// Many.
     Tree(LightTree),
 }
@@ -135,7 +135,7 @@ impl Choice {
             .map(|(light, reach, power)| (light, Reach { power: scaled(power, most), ..reach }))
             .collect();
         let finite = match reaches.len() {
-            0..=MOST_IN_LIST => Finite::List(reaches),
+            0..=MOST_IN_LIST => Finite::List(reaches.iter().map(|(light, reach)| (*light, Beam::new(reach))).collect()),
             _ => LightTree::new(reaches, lights.len()).map_or(Finite::List(Vec::new()), Finite::Tree),
         };
         let infinite = infinite
@@ -155,8 +155,8 @@ impl Choice {
         match &self.finite {
             Finite::List(list) => {
                 let mut sum = 0.0;
-                for ((_, reach), weight) in list.iter().zip(weights) {
-                    *weight = reach.importance(at).into();
+                for ((_, beam), weight) in list.iter().zip(weights) {
+                    *weight = beam.importance(at).into();
                     sum += *weight;
                 }
                 sum

@@ -2,9 +2,9 @@
 //!
 //! Conty Estevez and Kulla 2018, *Importance Sampling of Many Lights with Adaptive Tree Splitting*: the tree is split where the
 //! surface area orientation heuristic (their section 4.4) finds the least cost; on the way down each branch is taken in
-//! proportion to the bound on what its lights send to the point ([`Reach::importance`]).
+//! proportion to the bound on what its lights send to the point ([`Beam::importance`]).
 
-use super::reach::{Reach, Receiver};
+use super::reach::{Beam, Reach, Receiver};
 use crate::math::bounds::Bounds;
 use crate::math::float::max;
 
@@ -26,7 +26,7 @@ pub struct LightTree {
 
 #[derive(Clone, Debug)]
 struct Node {
-    reach: Reach,
+    beam: Beam,
     kind: Kind,
 }
 
@@ -51,7 +51,7 @@ impl LightTree {
 
     fn build(&mut self, lights: &mut [(u32, Reach)], trail: u64, depth: u32) -> Reach {
         if let [(light, reach)] = *lights {
-            self.nodes.push(Node { reach, kind: Kind::Leaf(light) });
+            self.nodes.push(Node { beam: Beam::new(&reach), kind: Kind::Leaf(light) });
             self.trails[light as usize] = Some(trail);
             return reach;
         }
@@ -59,18 +59,18 @@ impl LightTree {
         let middle = split(lights, depth);
         let (left, right) = lights.split_at_mut(middle);
         // What both halves reach is known only after them.
-        self.nodes.push(Node { reach: left[0].1, kind: Kind::Branch(0) });
+        self.nodes.push(Node { beam: Beam::new(&left[0].1), kind: Kind::Branch(0) });
         let first = self.build(left, trail, depth + 1);
         let second_at = self.nodes.len() as u32;
         let second = self.build(right, trail | 1 << depth, depth + 1);
         let reach = first.union(&second);
-        self.nodes[at] = Node { reach, kind: Kind::Branch(second_at) };
+        self.nodes[at] = Node { beam: Beam::new(&reach), kind: Kind::Branch(second_at) };
         reach
     }
 
     /// A bound on what all lights together send to a receiver.
     pub fn importance(&self, at: &Receiver) -> f32 {
-        self.nodes[0].reach.importance(at)
+        self.nodes[0].beam.importance(at)
     }
 
     /// A light and the probability of choosing it, for a uniform number in [0, 1); `None` where no light of the branch that it
@@ -112,8 +112,8 @@ impl LightTree {
     /// The probabilities of a branch's halves; `None` where neither sends anything. In f64, as the uniform number is: beside a
     /// bright half a dim one would vanish, or get more than its share.
     fn shares(&self, node: usize, second: u32, at: &Receiver) -> Option<[f64; 2]> {
-        let first = f64::from(self.nodes[node + 1].reach.importance(at));
-        let second = f64::from(self.nodes[second as usize].reach.importance(at));
+        let first = f64::from(self.nodes[node + 1].beam.importance(at));
+        let second = f64::from(self.nodes[second as usize].beam.importance(at));
         let sum = first + second;
         (sum > 0.0).then(|| [first / sum, second / sum])
     }
@@ -249,7 +249,7 @@ mod tests {
         let tree = LightTree::new(all.clone(), 300).unwrap();
         for at in receivers() {
             for (light, reach) in &all {
-                if reach.importance(&at) > 0.0 {
+                if Beam::new(reach).importance(&at) > 0.0 {
                     assert!(tree.pmf(*light as usize, &at) > 0.0);
                 }
             }

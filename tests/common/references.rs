@@ -24,7 +24,7 @@ pub const REFERENCES: [Reference; 11] = [
     Reference { name: "furnace", samples: 16_384 },
     Reference { name: "glass", samples: 16_384 },
     Reference { name: "layers", samples: 16_384 },
-    Reference { name: "many-lights", samples: 16_384 },
+    Reference { name: "many-lights", samples: 8192 },
     Reference { name: "million", samples: 16_384 },
     Reference { name: "plates", samples: 16_384 },
     Reference { name: "shelf", samples: 16_384 },
