@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::image::{ComponentFormat, Format, Layers, Metadata, OutputFile, PixelFormat, Reserved, WriteOptions};
 use crate::integrator::Integrator;
 use crate::render::{Progress, RenderSettings, Rendered, render_with, total_samples};
-use crate::sampler::Sampler;
+use crate::sampler::{MOST_LOG_SAMPLES, Sampler};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -37,7 +37,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     for warning in &prepared.warnings {
         say(format_args!("warning: {warning}"));
     }
-    let (settings, integrator) = settings(args, &prepared);
+    let (settings, integrator) = settings(args, &prepared)?;
     if let Some(id) = args.replay {
         return replay::run(&prepared.scene, &settings, id).map(|()| ExitCode::SUCCESS);
     }
@@ -123,7 +123,7 @@ fn reserve(args: &RenderArgs) -> Result<Outputs> {
 }
 
 /// What the file says, with what the arguments change in it.
-fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, IntegratorName) {
+fn settings(args: &RenderArgs, prepared: &Prepared) -> Result<(RenderSettings, IntegratorName)> {
     let file = &prepared.description.integrator;
     let sampler = prepared.description.cameras[args.scene.camera].sampler;
     let name = args.integrator.unwrap_or(match file.kind {
@@ -138,9 +138,17 @@ fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, Integrat
         None if is_direct => file_depth.min(DIRECT_DEPTH),
         None => file_depth,
     };
+    let samples = args.spp.unwrap_or(sampler.sample_count);
+    let kind = args.sampler.kind(samples).ok_or_else(|| {
+        let most = 1u32 << MOST_LOG_SAMPLES;
+        Error::Usage(format!(
+            "--sampler zsobol needs a power of two up to {most} for the number of samples, which is {samples}: \
+             expected another --spp, or --sampler sobol"
+        ))
+    })?;
     let settings = RenderSettings {
-        samples: args.spp.unwrap_or(sampler.sample_count),
-        sampler: Sampler { kind: args.sampler.kind(), seed: args.seed.unwrap_or(u64::from(sampler.seed)) },
+        samples,
+        sampler: Sampler { kind, seed: args.seed.unwrap_or(u64::from(sampler.seed)) },
         integrator: Integrator {
             estimator: name.estimator(),
             max_depth,
@@ -149,7 +157,7 @@ fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, Integrat
             hide_environment: !args.env_visible,
         },
     };
-    (settings, name)
+    Ok((settings, name))
 }
 
 /// What the file's pixels are to be: as the scene says, but with alpha where the sky is left out.
