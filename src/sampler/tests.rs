@@ -252,9 +252,9 @@ fn no_count_of_samples_has_a_bias_or_more_variance_than_independent_numbers() {
 #[test]
 fn the_error_of_smooth_pixels_falls_faster_than_that_of_independent_numbers() {
     // The slope of log error over log count, fitted from 4 to 1024 samples, of a sum of smooth terms in a pair of numbers each.
-    // Theory: −1/2 for independent numbers, −3/2 for scrambled nets; −3/4 for correlated strata, whose offsets within cells of √N columns are the
-    // same in all of them, so that a column's error has √N times less to average over. 300 pixels give each error
-    // within some 4 %, which moves the slope by 0.01.
+    // Theory: −1/2 for independent numbers, −3/2 for scrambled nets; −3/4 for correlated strata, whose offsets within cells of
+    // √N columns are the same in all of them, so that a column's error has √N times less to average over. 300 pixels give
+    // each error within some 4 %, which moves the slope by 0.01.
     let sum = |[a, b, c, d]: [f32; 4]| f64::from(a * b + c * d);
     let slope = |kind: fn(u32) -> SamplerKind| {
         let logs = [2u32, 4, 6, 8, 10];
