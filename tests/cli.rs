@@ -301,6 +301,12 @@ fn bad_arguments_are_refused() {
         &["render", SCENE, "-o", "a.png", "--aov=depth"],
         &["--aov needs an output whose name ends in .exr: no other can hold its channels"],
     );
+    for count in ["48", "8388608"] {
+        desk.refuses(
+            &["render", SCENE, "--sampler=zsobol", "--spp", count],
+            &["--sampler zsobol needs a power of two up to 4194304 for the number of samples, which is", count],
+        );
+    }
     desk.refuses(&["render", SCENE, "--aov=depth,uv,depth"], &["two channels of the picture would be called 'Z'"]);
     for wrong in [
         &["render"][..],

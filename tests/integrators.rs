@@ -112,14 +112,26 @@ fn every_scene_has_a_row() {
     assert_eq!(folders, references);
 }
 
-/// The same for the two samplers.
+/// The same for the samplers: pictures of each against those of independent numbers. 16 and 13 samples: `sobol` and
+/// `stratified` take any number.
 #[test]
 fn samplers_agree() {
     let description = load("scenes/cornell-box-materials/scene.xml", &[("res", "32")]);
     let scene = compiled(&description, Accelerator::Auto);
-    let sobol = file_settings(&description, Estimator::Path, 16);
-    let mut independent = sobol;
-    independent.sampler.kind = snell::sampler::SamplerKind::Independent;
-    let worst = Estimate::of(&scene, &independent, SEEDS).worst_z_against(&Estimate::of(&scene, &sobol, SEEDS));
-    assert!(worst.whole < 5.5 && worst.tile < 6.5, "{worst:?}");
+    let settings = |kind, samples| {
+        let mut settings = file_settings(&description, Estimator::Path, samples);
+        settings.sampler.kind = kind;
+        settings
+    };
+    let independent = Estimate::of(&scene, &settings(SamplerKind::Independent, 16), SEEDS);
+    for (kind, samples) in [
+        (SamplerKind::Sobol, 16),
+        (SamplerKind::Sobol, 13),
+        (SamplerKind::ZSobol { log_samples: 4 }, 16),
+        (SamplerKind::Stratified { samples: 16 }, 16),
+        (SamplerKind::Stratified { samples: 13 }, 13),
+    ] {
+        let worst = independent.worst_z_against(&Estimate::of(&scene, &settings(kind, samples), SEEDS));
+        assert!(worst.whole < 5.5 && worst.tile < 6.5, "{kind:?}, {samples}: {worst:?}");
+    }
 }

@@ -34,6 +34,11 @@ impl Conductor {
         true
     }
 
+    /// See [`super::Bsdf::about_albedo`].
+    pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
+        (fresnel::conductor(wo.z.min(1.0), self.eta, self.k) * self.reflectance).mean()
+    }
+
     pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {
         NOTHING
     }

@@ -367,6 +367,11 @@ impl Gltf {
         (all > 0.0).then_some(shares)
     }
 
+    /// Whether facets only reflect: what a sheet's transmit is reflected first, and mirrored.
+    fn only_mirrors(&self) -> bool {
+        !(self.is.solid && self.transmits)
+    }
+
     /// Index beyond the interface relative to that on the viewer's side.
     #[inline]
     fn eta(&self, outside: bool) -> f32 {
@@ -412,7 +417,7 @@ impl Gltf {
         if shares.facets > 0.0 {
             let facet = self.facet(outside, cos, fresnel::dielectric(cos, self.eta(outside)));
             if facet.reflects > 0.0 {
-                let [p, density] = mirrored(&Self::facets(layers.alpha), wo, wi, m);
+                let [p, density] = mirrored(&Self::facets(layers.alpha), wo, wi, m, self.only_mirrors());
                 value += facet.reflectance * p;
                 pdf += shares.facets * facet.reflects * density;
             }
@@ -439,7 +444,7 @@ impl Gltf {
         let (layers, means) = (&self.layers, &self.means);
         let [wo, wi] = [view.wo, wi].map(|w| in_frame_of(view.coat, w));
         let Some(m) = (wo + wi).try_normalize().filter(|_| wo.z > 0.0 && wi.z > 0.0) else { return (0.0, 0.0) };
-        let [p, density] = mirrored(&Self::facets(layers.coat_alpha), wo, wi, m);
+        let [p, density] = mirrored(&Self::facets(layers.coat_alpha), wo, wi, m, true);
         let reflectance = fresnel::dielectric(min(wo.dot(m), 1.0), Layers::COAT_IOR).reflectance;
         let several = means.coat_several * view.seen.coat_missing(back, means);
         let value = reflectance * p + several * warp::square_to_cosine_hemisphere_pdf(wi).0;
@@ -475,7 +480,7 @@ impl Gltf {
         if !(facet.reflects < 1.0) {
             return none;
         }
-        let [p, density] = mirrored(&Self::facets(self.layers.alpha), view.wo, above, m);
+        let [p, density] = mirrored(&Self::facets(self.layers.alpha), view.wo, above, m, true);
         (facet.transmittance * p, (1.0 - facet.reflects) * density)
     }
 
@@ -545,17 +550,17 @@ impl Gltf {
         if rest < shares.coat {
             let coat = Frame::from_normal(view.coat);
             let wo = in_frame_of(view.coat, wo);
-            let wi = if rest < shares.coat * self.means.coat_once {
-                let m = Self::facets(self.layers.coat_alpha).sample_visible(wo, u);
-                2.0 * wo.dot(m) * m - wo
-            } else {
-                Spread::new(self.layers.coat_alpha).sample(u)
+            let wi = match rest < shares.coat * self.means.coat_once {
+                true => Self::facets(self.layers.coat_alpha).sample_mirrored(wo, u),
+                false => Spread::new(self.layers.coat_alpha).sample(u),
             };
             let above = wi.z > 0.0;
             return upwards(if view.coat == Vec3::Z { wi } else { coat.to_world(wi) }).filter(|_| above);
         }
         let lobe = (rest - shares.coat) / shares.facets;
-        let m = Self::facets(self.layers.alpha).sample_visible(wo, u);
+        let facets = Self::facets(self.layers.alpha);
+        let mirrored = self.only_mirrors().then(|| (facets.sample_mirrored(wo, u) + wo).normalize_or_zero());
+        let m = mirrored.unwrap_or_else(|| facets.sample_visible(wo, u));
         let cos = min(wo.dot(m), 1.0);
         if !(cos > 0.0) {
             return None;
@@ -585,11 +590,11 @@ fn upwards(wi: Vec3) -> Option<Option<Vec3>> {
     (wi.z > 0.0).then_some(Some(wi))
 }
 
-/// D·G / (4·cos θo) of facets that reflect everything, and the density of reflection by visible normals.
+/// D·G / (4·cos θo) of facets that reflect everything, and the density of reflection: of `only_mirrors`, or by all normals that
+/// are visible, which for GGX is its own masking.
 #[inline]
-fn mirrored(facets: &Microfacets, wo: Vec3, wi: Vec3, m: Vec3) -> [f32; 2] {
-    let view = facets.view(wo);
-    // The quotient by the cosine comes first: it stays finite where the cosine is tiny.
+fn mirrored(facets: &Microfacets, wo: Vec3, wi: Vec3, m: Vec3, only_mirrors: bool) -> [f32; 2] {
+    let view = facets.mirrored(wo);
     let d = 0.25 * facets.d(m);
-    [d * (view.masking / wo.z) * facets.g1(wi, m), d * (view.visible / wo.z)]
+    [d * view.masking * facets.g1(wi, m), d * if only_mirrors { view.density } else { view.masking }]
 }

@@ -187,6 +187,30 @@ impl Bsdf {
         }
     }
 
+    /// About which part of the light it sends on that is seen from `wo`, at least 0.05 where it is any: for choosing
+    /// among bsdfs. What transmits as well as reflects counts as 1, as most of it is clear.
+    pub fn about_albedo(&self, wo: Vec3) -> f32 {
+        if !(wo.z > 0.0 || self.lobes().transmits) {
+            return 0.0;
+        }
+        let albedo = match self {
+            Self::Diffuse(b) => b.reflectance.mean(),
+            Self::OrenNayar(b) => b.reflectance.mean(),
+            Self::Conductor(b) => b.about_albedo(wo),
+            Self::RoughConductor(b) => b.about_albedo(wo),
+            Self::Plastic(b) => b.about_albedo(wo),
+            Self::RoughPlastic(b) => b.about_albedo(wo),
+            Self::Principled(b) => b.about_albedo(wo),
+            Self::PrincipledThin(b) => b.about_albedo(wo),
+            Self::Dielectric(_)
+            | Self::RoughDielectric(_)
+            | Self::ThinDielectric(_)
+            | Self::Gltf(_)
+            | Self::Null(_) => 1.0,
+        };
+        disney::share(true, albedo)
+    }
+
     /// Its lobes.
     #[inline]
     pub fn lobes(&self) -> Lobes {

@@ -79,6 +79,12 @@ impl Plastic {
         true
     }
 
+    /// See [`super::Bsdf::about_albedo`].
+    pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
+        let coat = fresnel::dielectric(wo.z, self.eta);
+        self.reflectance.mean() * coat.reflectance + self.base.reflectance.mean() * coat.transmittance
+    }
+
     /// The base's value over the density of cosine-weighted directions, where the coat lets `through` pass to the viewer.
     #[inline]
     fn diffuse(&self, through: f32, wi: Vec3) -> Rgb {

@@ -40,6 +40,8 @@ struct Shares {
     diffuse: f32,
     coat: f32,
     facets: f32,
+    /// The guesses of their albedos together.
+    all: f32,
 }
 
 /// What microfacets do that are seen under a given angle.
@@ -101,6 +103,12 @@ impl Principled {
         self.has_contrast() || self.glass() > 0.0
     }
 
+    /// Whether microfacets only reflect.
+    #[inline]
+    fn only_mirrors(&self) -> bool {
+        !(self.glass() > 0.0)
+    }
+
     /// What microfacets do that are seen from the side of `wo` under the cosine `cos`, where a dielectric's would do
     /// as `interface` says.
     #[inline]
@@ -128,7 +136,7 @@ impl Principled {
     fn shares(&self, wo: Vec3) -> Option<Shares> {
         let Disney { base_color, spec_trans, sheen, .. } = self.disney;
         if wo.z < 0.0 {
-            return (self.glass() > 0.0).then_some(Shares { diffuse: 0.0, coat: 0.0, facets: 1.0 });
+            return (self.glass() > 0.0).then_some(Shares { diffuse: 0.0, coat: 0.0, facets: 1.0, all: self.glass() });
         }
         let cos = min(wo.z, 1.0);
         let facet = self.facet(wo, cos, fresnel::dielectric(cos, self.eta_seen_from(wo)));
@@ -139,7 +147,12 @@ impl Principled {
         let coat = share(self.clearcoat > 0.0, self.clearcoat * self.coat_fresnel(cos) * sqr(cos));
         let facets = share(self.has_facets(), facet.reflectance.mean() + facet.transmittance.mean());
         let all = diffuse + coat + facets;
-        (all > 0.0).then(|| Shares { diffuse: diffuse / all, coat: coat / all, facets: facets / all })
+        (all > 0.0).then(|| Shares { diffuse: diffuse / all, coat: coat / all, facets: facets / all, all })
+    }
+
+    /// See [`super::Bsdf::about_albedo`].
+    pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
+        self.shares(wo).map_or(0.0, |shares| shares.all)
     }
 
     #[inline]
@@ -199,11 +212,12 @@ impl Principled {
         let facet = self.facet(wo, cos, fresnel::dielectric(cos, self.eta_seen_from(wo)));
         if facet.reflects > 0.0 {
             let facets = self.disney.facets(self.disney.roughness);
-            let view = facets.view(wo);
-            // The quotient by the cosine comes first: it stays finite where the cosine is tiny.
+            let view = facets.mirrored(wo);
             let d = 0.25 * facets.d(m);
-            value += facet.reflectance * (d * (view.masking / wo.z) * facets.g1(wi, m));
-            pdf += shares.facets * facet.reflects * (d * (view.visible / wo.z));
+            value += facet.reflectance * (d * view.masking * facets.g1(wi, m));
+            // Where some of the normals refract, they are all that are visible; the density of those is GGX's own masking.
+            let density = if self.only_mirrors() { view.density } else { view.masking };
+            pdf += shares.facets * facet.reflects * (d * density);
         }
         (value, SolidAnglePdf(pdf))
     }
@@ -275,6 +289,9 @@ impl Principled {
         let mirror = Vec3::new(1.0, 1.0, 1.0f32.copysign(wo.z));
         let above = wo * mirror;
         let facets = self.disney.facets(self.disney.roughness);
+        if self.only_mirrors() {
+            return self.reflected(wo, facets.sample_mirrored(wo, u), shares);
+        }
         let m = facets.sample_visible(above, u);
         let cos_o = min(above.dot(m), 1.0);
         if !(cos_o > 0.0) {

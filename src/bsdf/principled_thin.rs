@@ -36,6 +36,8 @@ struct Shares {
     pane: f32,
     reflection: f32,
     transmission: f32,
+    /// The guesses of their albedos together.
+    all: f32,
 }
 
 /// A sheet seen from above, mirrored at its plane.
@@ -106,7 +108,13 @@ impl PrincipledThin {
             pane: pane / all,
             reflection: reflection / all,
             transmission: transmission / all,
+            all,
         })
+    }
+
+    /// See [`super::Bsdf::about_albedo`].
+    pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
+        self.shares(wo.z.abs()).map_or(0.0, |shares| shares.all)
     }
 
     #[inline(never)]
@@ -144,11 +152,10 @@ impl PrincipledThin {
             } else {
                 (self.transmitting(), transmittance, shares.pane)
             };
-            let view = facets.view(wo);
-            // The quotient by the cosine comes first: it stays finite where the cosine is tiny.
+            let view = facets.mirrored(wo);
             let d = 0.25 * facets.d(m);
-            value += factor * (d * (view.masking / wo.z) * facets.g1(wi, m));
-            pdf += share * (d * (view.visible / wo.z));
+            value += factor * (d * view.masking * facets.g1(wi, m));
+            pdf += share * (d * view.density);
         }
         (value, SolidAnglePdf(pdf))
     }
@@ -165,11 +172,11 @@ impl PrincipledThin {
         let specular = shares.mirror + shares.pane;
         let wi = if lobe < specular {
             let facets = if lobe < shares.mirror { self.reflecting() } else { self.transmitting() };
-            let m = facets.sample_visible(wo, u);
-            let wi = (2.0 * wo.dot(m) * m - wo).normalize();
-            let wi = if lobe < shares.mirror { wi } else { wi * MIRROR };
+            let above = facets.sample_mirrored(wo, u);
+            let m = (wo + above).try_normalize()?;
+            let wi = if lobe < shares.mirror { above } else { above * MIRROR };
             // Lost: on the wrong side of the surface, or of the facet.
-            let stays = (lobe < shares.mirror) == (wi.z > 0.0) && wi.z != 0.0 && (wi.z > 0.0) == (wi.dot(m) > 0.0);
+            let stays = above.z > 0.0 && (wi.z > 0.0) == (wi.dot(m) > 0.0);
             stays.then_some(wi)?
         } else {
             let wi = warp::square_to_cosine_hemisphere(u);

@@ -76,6 +76,11 @@ impl RoughConductor {
         true
     }
 
+    /// See [`super::Bsdf::about_albedo`].
+    pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
+        self.fresnel(wo, Vec3::Z).mean()
+    }
+
     #[inline]
     fn fresnel(&self, wo: Vec3, m: Vec3) -> Rgb {
         fresnel::conductor(wo.dot(m).clamp(0.0, 1.0), self.eta, self.k) * self.reflectance
@@ -87,12 +92,10 @@ impl RoughConductor {
             return NOTHING;
         }
         let Some(m) = (wo + wi).try_normalize() else { return NOTHING };
-        let view = self.facets.view(wo);
-        // d(m) / d(wi) = 1 / (4 wo·m) cancels the wo·m of the density of visible normals. The quotient by the cosine comes
-        // first: it stays finite where the cosine is tiny.
+        let view = self.facets.mirrored(wo);
         let d = 0.25 * self.facets.d(m);
-        let value = d * (view.masking / wo.z) * self.facets.g1(wi, m);
-        let once = (self.fresnel(wo, m) * value, SolidAnglePdf(d * (view.visible / wo.z)));
+        let value = d * view.masking * self.facets.g1(wi, m);
+        let once = (self.fresnel(wo, m) * value, SolidAnglePdf(d * view.density));
         match &self.several {
             None => once,
             Some(several) => self.with_several(several, once, wo, wi),
@@ -134,14 +137,14 @@ impl RoughConductor {
         if let Some(several) = &self.several {
             return self.sample_several(several, wo, u);
         }
-        let m = self.facets.sample_visible(wo, u.direction());
-        let wi = (2.0 * wo.dot(m) * m - wo).normalize();
+        let wi = self.facets.sample_mirrored(wo, u.direction());
         if !(wi.z > 0.0) {
             return None;
         }
-        let view = self.facets.view(wo);
-        let weight = self.fresnel(wo, m) * (self.facets.g1(wi, m) * (view.masking / view.visible));
-        let pdf = self.facets.visible_pdf(wo, view, m) / (4.0 * wo.dot(m));
+        let m = (wo + wi).try_normalize()?;
+        let view = self.facets.mirrored(wo);
+        let weight = self.fresnel(wo, m) * (self.facets.g1(wi, m) * (view.masking / view.density));
+        let pdf = 0.25 * self.facets.d(m) * view.density;
         // A microfacet seen edge-on has density zero, and nothing to say.
         (pdf > 0.0).then_some(BsdfSample { wi, weight, pdf: Some(SolidAnglePdf(pdf)), eta: 1.0 })
     }
@@ -152,8 +155,7 @@ impl RoughConductor {
         let wi = if u.lobe() < self.often(several, wo) {
             Spread::new(energy::tabulated(&self.facets)).sample(u.direction())
         } else {
-            let m = self.facets.sample_visible(wo, u.direction());
-            (2.0 * wo.dot(m) * m - wo).normalize()
+            self.facets.sample_mirrored(wo, u.direction())
         };
         let (value, pdf) = self.eval_pdf(wo, wi);
         (pdf.0 > 0.0).then(|| BsdfSample { wi, weight: value / pdf.0, pdf: Some(pdf), eta: 1.0 })

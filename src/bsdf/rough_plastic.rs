@@ -144,6 +144,12 @@ impl RoughPlastic {
         (1.0 - t) * self.transmittance[i] + t * self.transmittance[i + 1]
     }
 
+    /// See [`super::Bsdf::about_albedo`].
+    pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
+        let through = self.through(wo.z);
+        self.reflectance.mean() * (1.0 - through) + self.base.reflectance.mean() * through
+    }
+
     /// How likely it is that the coat's reflection is sampled; `None` if nothing comes back.
     #[inline]
     fn coat_probability(&self, through: f32) -> Option<f32> {
@@ -160,12 +166,11 @@ impl RoughPlastic {
         let cosine = warp::square_to_cosine_hemisphere_pdf(wi);
         let diffuse = self.base.albedo() * (through * self.through(wi.z) / sqr(self.eta) * cosine.0);
         let Some(m) = (wo + wi).try_normalize() else { return NOTHING };
-        let view = self.facets.view(wo);
-        // The quotient by the cosine comes first: it stays finite where the cosine is tiny.
+        let view = self.facets.mirrored(wo);
         let d = 0.25 * self.facets.d(m);
-        let value = d * (view.masking / wo.z) * self.facets.g1(wi, m);
+        let value = d * view.masking * self.facets.g1(wi, m);
         let reflectance = fresnel::dielectric(min(wo.dot(m), 1.0), self.eta).reflectance;
-        let (mut value, mut density) = (reflectance * value, d * (view.visible / wo.z));
+        let (mut value, mut density) = (reflectance * value, d * view.density);
         if let Some(several) = &self.several {
             let (often, (more, spread)) = (several.often(wo.z), several.eval_pdf(wo, wi));
             value += more;
@@ -186,8 +191,7 @@ impl RoughPlastic {
         {
             Spread::new(several.alpha).sample(u.direction())
         } else if u.lobe() < coat {
-            let m = self.facets.sample_visible(wo, u.direction());
-            (2.0 * wo.dot(m) * m - wo).normalize()
+            self.facets.sample_mirrored(wo, u.direction())
         } else {
             warp::square_to_cosine_hemisphere(u.direction())
         };

@@ -4,7 +4,7 @@ use crate::accel::Accelerator;
 use crate::film::SampleId;
 use crate::image::Crop;
 use crate::integrator::Estimator;
-use crate::sampler::SamplerKind;
+use crate::sampler::{MOST_LOG_SAMPLES, SamplerKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -277,23 +277,36 @@ impl IntegratorName {
 /// Names of [`SamplerKind`]s.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(super) enum SamplerName {
-    /// Owen-scrambled Sobol' points.
+    /// Owen-scrambled Sobol' points, good for any number of samples.
     Sobol,
+    /// The same, so shared out among pixels that the noise is blue; the number of samples must be a power of two.
+    #[value(name = "zsobol")]
+    ZSobol,
+    /// Correlated multi-jittered points, good for the given number of samples.
+    Stratified,
     /// Independent numbers.
     Independent,
 }
 
 impl SamplerName {
-    pub(super) fn kind(self) -> SamplerKind {
-        match self {
+    /// For `samples` a pixel; `None` if it cannot have that many.
+    pub(super) fn kind(self, samples: u32) -> Option<SamplerKind> {
+        Some(match self {
             Self::Sobol => SamplerKind::Sobol,
+            Self::ZSobol => {
+                let log_samples = samples.is_power_of_two().then(|| samples.ilog2())?;
+                (log_samples <= MOST_LOG_SAMPLES).then_some(SamplerKind::ZSobol { log_samples })?
+            }
+            Self::Stratified => SamplerKind::Stratified { samples },
             Self::Independent => SamplerKind::Independent,
-        }
+        })
     }
 
     pub(super) fn text(self) -> &'static str {
         match self {
             Self::Sobol => "sobol",
+            Self::ZSobol => "zsobol",
+            Self::Stratified => "stratified",
             Self::Independent => "independent",
         }
     }

@@ -11,7 +11,8 @@ use crate::error::{Error, Result};
 use crate::image::{ComponentFormat, Format, Layers, Metadata, OutputFile, PixelFormat, Reserved, WriteOptions};
 use crate::integrator::Integrator;
 use crate::render::{Progress, RenderSettings, Rendered, render_with, total_samples};
-use crate::sampler::Sampler;
+use crate::sampler::{MOST_LOG_SAMPLES, Sampler};
+use rayon::ThreadPool;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -37,10 +38,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     for warning in &prepared.warnings {
         say(format_args!("warning: {warning}"));
     }
-    let (mut settings, integrator) = settings(args, &prepared);
-    if args.reuse == ReuseName::Auto {
-        settings.integrator = pool.install(|| settings.integrator.with_reuse_where_it_pays(&prepared.scene));
-    }
+    let (settings, integrator) = settings(args, &prepared, &pool)?;
     if let Some(id) = args.replay {
         return replay::run(&prepared.scene, &settings, id).map(|()| ExitCode::SUCCESS);
     }
@@ -130,7 +128,7 @@ fn reserve(args: &RenderArgs) -> Result<Outputs> {
 }
 
 /// What the file says, with what the arguments change in it.
-fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, IntegratorName) {
+fn settings(args: &RenderArgs, prepared: &Prepared, pool: &ThreadPool) -> Result<(RenderSettings, IntegratorName)> {
     let file = &prepared.description.integrator;
     let sampler = prepared.description.cameras[args.scene.camera].sampler;
     let name = args.integrator.unwrap_or(match file.kind {
@@ -145,19 +143,31 @@ fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, Integrat
         None if is_direct => file_depth.min(DIRECT_DEPTH),
         None => file_depth,
     };
+    let samples = args.spp.unwrap_or(sampler.sample_count);
+    let kind = args.sampler.kind(samples).ok_or_else(|| {
+        let most = 1u32 << MOST_LOG_SAMPLES;
+        Error::Usage(format!(
+            "--sampler zsobol needs a power of two up to {most} for the number of samples, which is {samples}: \
+             expected another --spp, or --sampler sobol"
+        ))
+    })?;
+    let integrator = Integrator {
+        estimator: name.estimator(),
+        max_depth,
+        rr_depth: args.rr_depth.unwrap_or(file.rr_depth),
+        hide_emitters: file.hide_emitters,
+        hide_environment: !args.env_visible,
+        reuse: args.reuse == ReuseName::On,
+    };
     let settings = RenderSettings {
-        samples: args.spp.unwrap_or(sampler.sample_count),
-        sampler: Sampler { kind: args.sampler.kind(), seed: args.seed.unwrap_or(u64::from(sampler.seed)) },
-        integrator: Integrator {
-            estimator: name.estimator(),
-            max_depth,
-            rr_depth: args.rr_depth.unwrap_or(file.rr_depth),
-            hide_emitters: file.hide_emitters,
-            reuse: args.reuse == ReuseName::On,
-            hide_environment: !args.env_visible,
+        samples,
+        sampler: Sampler { kind, seed: args.seed.unwrap_or(u64::from(sampler.seed)) },
+        integrator: match args.reuse {
+            ReuseName::Auto => pool.install(|| integrator.with_reuse_where_it_pays(&prepared.scene)),
+            ReuseName::On | ReuseName::Off => integrator,
         },
     };
-    (settings, name)
+    Ok((settings, name))
 }
 
 /// What the file's pixels are to be: as the scene says, but with alpha where the sky is left out.

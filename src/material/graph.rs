@@ -1,6 +1,6 @@
 //! Materials that are worked out at each point of a surface.
 
-use super::layer::{Layer, Perturbation};
+use super::layer::{self, Layer, Perturbation};
 use crate::bsdf::{Bsdf, Parameter};
 use crate::math::float::{max, min, sqr};
 use crate::math::frame::Frame;
@@ -148,6 +148,9 @@ impl Graph {
         layers.clear();
         if let Some(root) = self.0.len().checked_sub(1) {
             Resolver { graph: self, textures, place, layers }.node(root as u32, 1.0, None);
+            if layers.len() > 1 {
+                layer::set_chances(layers, place.wo);
+            }
         }
     }
 }
@@ -185,7 +188,7 @@ impl Resolver<'_> {
                     let base = perturbation.as_ref().map_or(1.0, |p| p.base);
                     gltf.set_coat_normal(own(perturbation.as_ref(), n * base));
                 }
-                self.layers.push(Layer { weight, bsdf, perturbation });
+                self.layers.push(Layer { weight, chance: weight, bsdf, perturbation });
             }
             &Node::TwoSided { front, back } => match own(perturbation.as_ref(), self.place.wo).z < 0.0 {
                 false => self.node(front, weight, perturbation),
@@ -201,7 +204,8 @@ impl Resolver<'_> {
                 self.node(nested, weight * opacity, perturbation);
                 if opacity < 1.0 {
                     let weight = weight * (1.0 - opacity);
-                    self.layers.push(Layer { weight, bsdf: Bsdf::Null(crate::bsdf::Null), perturbation: None });
+                    let bsdf = Bsdf::Null(crate::bsdf::Null);
+                    self.layers.push(Layer { weight, chance: weight, bsdf, perturbation: None });
                 }
             }
             &Node::Perturbed { nested, normal, terminator } => {

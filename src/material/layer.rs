@@ -13,6 +13,8 @@ use glam::Vec3;
 pub struct Layer {
     /// How much it counts, positive; all of a surface add up to 1.
     pub weight: f32,
+    /// How likely it is that it is sampled; all of a surface add up to 1.
+    pub chance: f32,
     /// The bsdf, with the parameters of the point.
     pub bsdf: Bsdf,
     /// Its own frame, if that is not the surface's shading frame.
@@ -83,12 +85,32 @@ pub(super) fn eval_pdf(layers: &[Layer], &wo: &Vec3, &wi: &Vec3) -> (Rgb, SolidA
     for layer in layers {
         let (value, SolidAnglePdf(pdf)) = layer.eval_pdf(wo, wi);
         sum += value * layer.weight;
-        density += pdf * layer.weight;
+        density += pdf * layer.chance;
     }
     (sum, SolidAnglePdf(density))
 }
 
-/// A direction from a layer chosen by its weight.
+/// Makes the layers' chances proportional to what they send to `wo`, as far as that can be guessed. Those that light may pass
+/// straight through keep their weight: alpha counts how often it does.
+pub(super) fn set_chances(layers: &mut [Layer], wo: Vec3) {
+    let straight = |layer: &Layer| {
+        let lobes = layer.bsdf.lobes();
+        lobes.delta && lobes.transmits
+    };
+    let (mut weights, mut sum) = (0.0, 0.0);
+    for layer in layers.iter_mut().filter(|layer| !straight(layer)) {
+        let own = layer.perturbation.as_ref().map_or(wo, |p| p.frame.to_local(wo));
+        layer.chance = layer.weight * layer.bsdf.about_albedo(own);
+        weights += layer.weight;
+        sum += layer.chance;
+    }
+    for layer in layers.iter_mut().filter(|layer| !straight(layer)) {
+        // Where nothing is sent the weights are as good.
+        layer.chance = if sum > 0.0 { layer.chance * (weights / sum) } else { layer.weight };
+    }
+}
+
+/// A direction from a layer chosen by its chance.
 #[inline(never)]
 pub(super) fn sample(layers: &[Layer], &wo: &Vec3, &u: &BsdfUniforms) -> Option<BsdfSample> {
     if let [only] = layers {
@@ -97,8 +119,8 @@ pub(super) fn sample(layers: &[Layer], &wo: &Vec3, &u: &BsdfUniforms) -> Option<
     let (layer, u) = choose(layers, u)?;
     let sample = layer.sample(wo, u)?;
     if sample.pdf.is_none() {
-        // A delta lobe, which no other layer finds: its weight is over the probability to choose it, which cancels.
-        return Some(sample);
+        // A delta lobe, which no other layer finds.
+        return Some(BsdfSample { weight: sample.weight * (layer.weight / layer.chance), ..sample });
     }
     let (value, pdf) = eval_pdf(layers, &wo, &sample.wi);
     (pdf.0 > 0.0).then(|| BsdfSample { weight: value / pdf.0, pdf: Some(pdf), ..sample })
@@ -109,13 +131,13 @@ fn choose(layers: &[Layer], u: BsdfUniforms) -> Option<(&Layer, BsdfUniforms)> {
     /// The largest number below 1.
     const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
     let mut rest = u.lobe();
-    let last = layers.last()?;
+    let last = layers.iter().rfind(|layer| layer.chance > 0.0)?;
     for layer in layers {
-        // The weights may add up to a little less than 1.
-        if rest < layer.weight || std::ptr::eq(layer, last) {
-            return Some((layer, u.with_lobe(min(rest / layer.weight, BELOW_ONE))));
+        // The chances may add up to a little less than 1.
+        if rest < layer.chance || std::ptr::eq(layer, last) {
+            return Some((layer, u.with_lobe(min(rest / layer.chance, BELOW_ONE))));
         }
-        rest -= layer.weight;
+        rest -= layer.chance;
     }
     None
 }

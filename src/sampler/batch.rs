@@ -1,9 +1,10 @@
 //! The numbers of a whole wave at once, sixteen streams at a time.
 
 use super::sobol::{Index, SobolSet};
+use super::zsobol::ZSobolSet;
 use super::{
     BSDF_NUMBERS, BsdfUniforms, FILM_AND_LENS_NUMBERS, FILM_NUMBERS, LIGHT_NUMBERS, LightUniforms, SET_FILM,
-    SamplerKind, Set, Stream, bsdf_set, independent, light_set, to_unit,
+    SamplerKind, Set, Stream, bsdf_set, independent, light_set, stratified, to_unit,
 };
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, u32x16};
@@ -115,10 +116,36 @@ fn compute<S: Simd>(
                 store(set.bits(d), out);
             }
         }
+        SamplerKind::ZSobol { log_samples } => {
+            let set = ZSobolSet::new(key, index, log_samples, set);
+            for (d, out) in out.iter_mut().enumerate().take(wanted) {
+                store(set.bits(d), out);
+            }
+        }
+        SamplerKind::Stratified { samples } => stratified_pairs(samples, keys, indices, set, wanted, out),
         SamplerKind::Independent => {
             for (d, out) in out.iter_mut().enumerate().take(wanted) {
                 store(independent::bits(key, index, set, d), out);
             }
+        }
+    }
+}
+
+/// One after the other: their permutations end at different times.
+#[inline(never)]
+fn stratified_pairs(
+    samples: u32,
+    keys: &[[u32; LANES]; 2],
+    indices: &[u32; LANES],
+    set: u32,
+    wanted: usize,
+    out: &mut [[f32; LANES]; 4],
+) {
+    for lane in 0..LANES {
+        for d in (0..wanted).step_by(2) {
+            let bits = stratified::pair([keys[0][lane], keys[1][lane]], indices[lane], samples, set, (d / 2) as u32);
+            out[d][lane] = to_unit(bits[0]);
+            out[d + 1][lane] = if d + 1 < wanted { to_unit(bits[1]) } else { 0.0 };
         }
     }
 }

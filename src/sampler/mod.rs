@@ -19,18 +19,31 @@ mod batch;
 mod hash;
 mod independent;
 mod sobol;
+mod stratified;
 mod word;
+mod zsobol;
 
 pub use batch::Batch;
 pub use hash::mix64;
+pub use zsobol::MOST_LOG_SAMPLES;
 
 use glam::Vec2;
 
 /// Which numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplerKind {
-    /// Owen-scrambled Sobol' points: see [`sobol`].
+    /// Owen-scrambled Sobol' points, for any count: see [`sobol`].
     Sobol,
+    /// The same, dealt out to pixels so that their errors are blue noise: see [`zsobol`].
+    ZSobol {
+        /// Binary logarithm of the number of samples a pixel, at most [`MOST_LOG_SAMPLES`].
+        log_samples: u32,
+    },
+    /// Correlated multi-jittered points: see [`stratified`].
+    Stratified {
+        /// Samples a pixel.
+        samples: u32,
+    },
     /// Independent uniform numbers: for statistics that need them.
     Independent,
 }
@@ -152,8 +165,12 @@ impl Sampler {
     /// shows the same numbers as the whole).
     #[inline]
     pub fn stream(&self, x: u32, y: u32, index: u32) -> Stream {
-        let pixel = u64::from(y) << 32 | u64::from(x);
-        let key = hash::mix64(hash::mix64(self.seed) ^ pixel);
+        let ([x, y], index) = match self.kind {
+            SamplerKind::ZSobol { log_samples } => (zsobol::block(x, y), zsobol::index(x, y, index, log_samples)),
+            _ => ([x, y], index),
+        };
+        let place = u64::from(y) << 32 | u64::from(x);
+        let key = hash::mix64(hash::mix64(self.seed) ^ place);
         Stream { kind: self.kind, key: [key as u32, (key >> 32) as u32], index }
     }
 }
@@ -169,6 +186,19 @@ impl Stream {
                 for (d, number) in numbers.iter_mut().enumerate().take(wanted) {
                     *number = to_unit(set.bits(d));
                 }
+            }
+            SamplerKind::ZSobol { log_samples } => {
+                let set = zsobol::ZSobolSet::new(self.key, self.index, log_samples, set);
+                for (d, number) in numbers.iter_mut().enumerate().take(wanted) {
+                    *number = to_unit(set.bits(d));
+                }
+            }
+            SamplerKind::Stratified { samples } => {
+                for (pair, numbers) in (0..).zip(numbers.chunks_exact_mut(2)).take(wanted.div_ceil(2)) {
+                    let bits = stratified::pair(self.key, self.index, samples, set, pair);
+                    numbers.copy_from_slice(&bits.map(to_unit));
+                }
+                numbers[wanted..].fill(0.0);
             }
             SamplerKind::Independent => {
                 for (d, number) in numbers.iter_mut().enumerate().take(wanted) {

@@ -65,7 +65,7 @@ const fn reversed_columns() -> [[u32; 4]; BITS] {
 
 /// The Laine–Karras style permutation with Vegdahl's constants: bit i of the result depends on bits 0..=i of `x`.
 #[inline(always)]
-fn laine_karras<W: Word>(x: W, seed: W) -> W {
+pub(super) fn laine_karras<W: Word>(x: W, seed: W) -> W {
     let x = x.xor(x.scaled(0x3d20_adea));
     let x = x.plus(seed);
     let x = x.times(seed.right(16).or(1));
@@ -104,8 +104,8 @@ pub(super) struct SobolSet<W> {
 }
 
 /// What the words of a set's key are for: shuffling the index, and from here on scrambling dimension 0, 1, 2 and 3.
-const PURPOSE_SHUFFLE: u32 = 0;
-const PURPOSE_SCRAMBLE: u32 = 1;
+pub(super) const PURPOSE_SHUFFLE: u32 = 0;
+pub(super) const PURPOSE_SCRAMBLE: u32 = 1;
 
 impl<W: Word> SobolSet<W> {
     /// Set number `set` of a sample.
@@ -125,17 +125,20 @@ impl<W: Word> SobolSet<W> {
     /// Dimension `d` of the point, bit-reversed.
     #[inline(always)]
     fn reversed_point(&self, d: usize) -> W {
-        let mut point = self.low.and(0);
-        for bit in 0..SHUFFLED_BITS {
-            point = point.xor_where(self.low, bit, REVERSED_COLUMNS[(SHUFFLED_BITS - 1 - bit) as usize][d]);
+        let zero = self.low.and(0);
+        let point = reversed_product(zero, self.low, SHUFFLED_BITS, |bit| SHUFFLED_BITS - 1 - bit, d);
+        if self.index.only_low {
+            return point;
         }
-        if !self.index.only_low {
-            for bit in 0..BITS as u32 - SHUFFLED_BITS {
-                point = point.xor_where(self.index.high, bit, REVERSED_COLUMNS[(SHUFFLED_BITS + bit) as usize][d]);
-            }
-        }
-        point
+        reversed_product(point, self.index.high, BITS as u32 - SHUFFLED_BITS, |bit| SHUFFLED_BITS + bit, d)
     }
+}
+
+/// Dimension `d` of a point, bit-reversed, of which `point` is what other bits of its index give: adds what `bits` bits of `index`
+/// do, each of which is bit number `bit_of(bit)` of the point's index.
+#[inline(always)]
+pub(super) fn reversed_product<W: Word>(point: W, index: W, bits: u32, bit_of: impl Fn(u32) -> u32, d: usize) -> W {
+    (0..bits).fold(point, |point, bit| point.xor_where(index, bit, REVERSED_COLUMNS[bit_of(bit) as usize][d]))
 }
 
 #[cfg(test)]

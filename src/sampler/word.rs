@@ -4,10 +4,15 @@
 use fearless_simd::prelude::*;
 use fearless_simd::u32x16;
 
+/// Spreads consecutive numbers over all words: 2³² over the golden ratio, made odd.
+pub(super) const GOLDEN: u32 = 0x9e37_79b9;
+
 /// A word, or a vector of words; arithmetic is modulo 2³².
 pub(super) trait Word: Copy {
     /// x + y.
     fn plus(self, y: Self) -> Self;
+    /// x + c.
+    fn plus_constant(self, c: u32) -> Self;
     /// x · y.
     fn times(self, y: Self) -> Self;
     /// x · c.
@@ -26,6 +31,8 @@ pub(super) trait Word: Copy {
     fn right(self, n: u32) -> Self;
     /// x ⊕ c where bit `bit` of `of` is set, else x.
     fn xor_where(self, of: Self, bit: u32, c: u32) -> Self;
+    /// x where bit `bit` of `of` is set, else 0.
+    fn where_bit(self, of: Self, bit: u32) -> Self;
 
     /// x ⊕ (x >> n).
     #[inline(always)]
@@ -54,6 +61,10 @@ impl Word for u32 {
     #[inline(always)]
     fn plus(self, y: Self) -> Self {
         self.wrapping_add(y)
+    }
+    #[inline(always)]
+    fn plus_constant(self, c: u32) -> Self {
+        self.wrapping_add(c)
     }
     #[inline(always)]
     fn times(self, y: Self) -> Self {
@@ -92,6 +103,10 @@ impl Word for u32 {
         self ^ (c & (of >> bit & 1).wrapping_neg())
     }
     #[inline(always)]
+    fn where_bit(self, of: Self, bit: u32) -> Self {
+        self & (of >> bit & 1).wrapping_neg()
+    }
+    #[inline(always)]
     fn reversed(self) -> Self {
         self.reverse_bits()
     }
@@ -101,6 +116,10 @@ impl<S: Simd> Word for u32x16<S> {
     #[inline(always)]
     fn plus(self, y: Self) -> Self {
         self + y
+    }
+    #[inline(always)]
+    fn plus_constant(self, c: u32) -> Self {
+        self + c
     }
     #[inline(always)]
     fn times(self, y: Self) -> Self {
@@ -137,5 +156,9 @@ impl<S: Simd> Word for u32x16<S> {
     #[inline(always)]
     fn xor_where(self, of: Self, bit: u32, c: u32) -> Self {
         (of & (1 << bit)).simd_eq(0).select(self, self ^ c)
+    }
+    #[inline(always)]
+    fn where_bit(self, of: Self, bit: u32) -> Self {
+        (of & (1 << bit)).simd_eq(0).select(self ^ self, self)
     }
 }
