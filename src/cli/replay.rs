@@ -48,8 +48,8 @@ fn describe(scene: &Scene, event: Event) -> String {
         }
         Event::Found { radiance, weight } => format!("  light found: {} with weight {weight}", rgb(radiance)),
         Event::Sampled { radiance, weight } => format!("  light sampled: {} with weight {weight}", rgb(radiance)),
-        Event::Shadow { occluded } => format!("  light sample {}", if occluded { "hidden" } else { "visible" }),
-        Event::Scattered { throughput, survival } => {
+        Event::Shadow { occluded, .. } => format!("  light sample {}", if occluded { "hidden" } else { "visible" }),
+        Event::Scattered { throughput, survival, .. } => {
             format!("  goes on with throughput {}, survival {survival}", rgb(throughput))
         }
         Event::Ended { reason } => format!("  ends: {reason}"),

@@ -106,6 +106,19 @@ impl Integrator {
         counts
     }
 
+    /// Walks the paths of the samples `samples` of every pixel of `pixels`, tells `record` of every step, and keeps nothing.
+    pub fn record(
+        &self,
+        scene: &Scene,
+        sampler: &Sampler,
+        pixels: Area,
+        samples: Range<u32>,
+        record: &mut impl Record,
+    ) {
+        let ids = sample_ids(pixels, samples);
+        self.walk(scene, sampler, ids, record, &mut RayCounts::default(), &mut |_: SampleId, _: Rgb| {});
+    }
+
     /// Whether camera rays do not see light from infinitely far away.
     fn hides_sky(&self) -> bool {
         self.hide_emitters || self.hide_environment

@@ -1,6 +1,7 @@
-//! Telling of a path while it is walked, for those who replay one sample.
+//! Telling of paths while they are walked, for those who replay one sample or take errors apart.
 
 use crate::accel::Hit;
+use crate::film::SampleId;
 use crate::math::ray::Ray;
 use crate::spectrum::Rgb;
 
@@ -32,6 +33,10 @@ pub enum Event {
     },
     /// A sampled light was looked for.
     Shadow {
+        /// The segment that must be free, in the compiled scene's space.
+        ray: Ray,
+        /// What it adds if it is: weighted radiance, throughput and absorption on the way included.
+        radiance: Rgb,
         /// Something is in the way.
         occluded: bool,
     },
@@ -41,6 +46,8 @@ pub enum Event {
         throughput: Rgb,
         /// Probability of surviving roulette; 1 where there was none.
         survival: f32,
+        /// By a delta lobe.
+        delta: bool,
     },
     /// The path goes no further. A light sampled at its last vertex is looked for after this.
     Ended {
@@ -54,8 +61,12 @@ pub enum Event {
     },
 }
 
-/// Listens to a path. The unit type listens to nothing, and costs nothing.
+/// Listens to paths. The unit type listens to nothing, and costs nothing.
 pub trait Record {
+    /// The events that follow are of the path that `id` tells. Many paths are walked together, a vertex of each in turn.
+    #[inline(always)]
+    fn at(&mut self, _id: impl FnOnce() -> SampleId) {}
+
     /// Something happened.
     fn event(&mut self, event: Event);
 }

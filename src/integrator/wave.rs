@@ -243,6 +243,7 @@ impl Walker<'_> {
         let id = wave.active[index];
         let (hit, path) = (wave.hits[index], &mut wave.paths[id as usize]);
         path.depth += 1;
+        record.at(|| path.id);
         record.event(Event::Traced { vertex: path.depth, ray: path.ray, hit });
         if !hit.is_some() {
             if self.scene.absorbs() {
@@ -316,12 +317,13 @@ impl Walker<'_> {
             path.radiance = before;
             return end(path, "the throughput is not finite", record);
         }
+        let delta = matches!(path.segment, Segment::Delta);
         if path.depth < self.limits.rr_depth {
-            return record.event(Event::Scattered { throughput: before, survival: 1.0 });
+            return record.event(Event::Scattered { throughput: before, survival: 1.0, delta });
         }
         // η² undoes the compression of radiance in dense media, which is no loss of energy (Veach 1997, section 5.2).
         let survival = attainable(min(before.max_component() * path.eta_squared, MAX_SURVIVAL));
-        record.event(Event::Scattered { throughput: before, survival });
+        record.event(Event::Scattered { throughput: before, survival, delta });
         if !(u.roulette() < survival) {
             return end(path, "roulette", record);
         }
@@ -442,8 +444,9 @@ impl Walker<'_> {
         let start = Instant::now();
         self.scene.accel.occluded_between(&wave.shadow_rays, &wave.shadow_ends, &mut wave.occluded);
         counts.time += start.elapsed();
-        for (pending, &occluded) in wave.pending.iter().zip(&wave.occluded) {
-            record.event(Event::Shadow { occluded });
+        for ((pending, &occluded), &ray) in wave.pending.iter().zip(&wave.occluded).zip(&wave.shadow_rays) {
+            record.at(|| wave.paths[pending.path as usize].id);
+            record.event(Event::Shadow { ray, radiance: pending.radiance, occluded });
             if !occluded {
                 wave.paths[pending.path as usize].radiance += pending.radiance;
             }
@@ -485,6 +488,7 @@ impl Wave {
         self.active.retain(|&i| {
             let path = &self.paths[i as usize];
             if !path.alive {
+                record.at(|| path.id);
                 record.event(Event::Finished { radiance: path.radiance });
                 sink.finished(i as usize, path);
             }
