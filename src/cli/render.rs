@@ -123,7 +123,7 @@ fn reserve(args: &RenderArgs) -> Result<Outputs> {
 }
 
 /// What the file says, with what the arguments change in it.
-fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, IntegratorName) {
+pub(super) fn settings(args: &RenderArgs, prepared: &Prepared) -> (RenderSettings, IntegratorName) {
     let file = &prepared.description.integrator;
     let sampler = prepared.description.cameras[args.scene.camera].sampler;
     let name = args.integrator.unwrap_or(match file.kind {
