@@ -55,6 +55,18 @@ pub struct Partition {
     pub covariance: f64,
 }
 
+/// Least part of the light or of the error that a class is shown for: the surfaces' shading normals, and rounding, put a few
+/// paths into classes that a scene does not really have.
+const SHOWN: f64 = 5e-4;
+
+impl Partition {
+    /// The classes that are worth showing.
+    pub fn shown(&self) -> impl Iterator<Item = &Class> {
+        let all: f64 = self.classes.iter().map(|c| c.error).sum();
+        self.classes.iter().filter(move |c| c.light >= SHOWN || c.error >= SHOWN * all)
+    }
+}
+
 /// A part of the light.
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub struct Class {
@@ -288,13 +300,13 @@ fn evaluate(tiles: &[Tile], crop: Crop, seeds: usize, samples: u32, reference: &
             let (x, y) =
                 (tile.bounds.x.cast_unsigned() - crop.x + column, tile.bounds.y.cast_unsigned() - crop.y + row);
             let w = weights(reference.picture().get(x, y));
-            for c in 0..3 {
+            for (c, w) in w.into_iter().enumerate() {
                 for plane in 0..PLANES {
                     light[plane] += pixel.sums[plane][c];
-                    errors[plane] += w[c] * variance(pixel.sums[plane][c], pixel.squares[plane][c]);
+                    errors[plane] += w * variance(pixel.sums[plane][c], pixel.squares[plane][c]);
                 }
                 all_light += pixel.sum[c];
-                whole += w[c] * variance(pixel.sum[c], pixel.square[c]);
+                whole += w * variance(pixel.sum[c], pixel.square[c]);
             }
         }
     }

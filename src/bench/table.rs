@@ -3,6 +3,7 @@
 use super::fit::Spread;
 use super::report::{Configuration, Figures, ReferenceFacts, Report, Scene};
 use std::fmt::Write;
+use std::ops::Range;
 
 /// Stands for a number that does not exist.
 const NONE: &str = "-";
@@ -63,7 +64,6 @@ fn columns(configuration: &Configuration, row: &Figures) -> [String; 10] {
         s.map_or([NONE.to_owned(), NONE.to_owned()], |s| [show(s.low), show(s.high)])
     };
     let error = |v: f64| format!("{v:.2e}");
-    let ratio = |v: f64| format!("{v:.2}");
     let [error_low, error_high] = ends(row.relmse, &error);
     let [ratio_low, ratio_high] = ends(row.efficiency_ratio, &ratio);
     [
@@ -88,7 +88,7 @@ fn of_split(text: &mut String, configuration: &Configuration) {
         let part = |error: f64| format!("{:.1} %", 100.0 * error / split.error.max(f64::MIN_POSITIVE));
         let mut rows = vec![[partition.by.to_owned(), "of the light".into(), "of the error".into()]];
         let class = |c: &super::split::Class| [c.name.clone(), format!("{:.1} %", 100.0 * c.light), part(c.error)];
-        rows.extend(partition.classes.iter().map(class));
+        rows.extend(partition.shown().map(class));
         rows.push(["in common".into(), String::new(), part(partition.covariance)]);
         text.push_str(&aligned(&rows));
         text.push('\n');
@@ -137,12 +137,19 @@ fn aligned<T: AsRef<[String]>>(rows: &[T]) -> String {
 /// A positive number with three digits that count.
 pub(super) fn significant(v: f64) -> String {
     /// Below this, and from this on, with a power of ten.
-    const RANGE: [f64; 2] = [1e-3, 1e6];
-    if !(v >= RANGE[0] && v < RANGE[1]) {
+    const RANGE: Range<f64> = 1e-3..1e6;
+    if !RANGE.contains(&v) {
         return if v == 0.0 { "0".into() } else { format!("{v:.2e}") };
     }
     let digits = (2 - libm::floor(libm::log10(v)) as i32).max(0) as usize;
     format!("{v:.digits$}")
+}
+
+/// A ratio: two digits behind the point, and more where they would be zeros.
+pub(super) fn ratio(v: f64) -> String {
+    /// Where these are three digits at least, and not many more.
+    const RANGE: Range<f64> = 0.1..100.0;
+    if RANGE.contains(&v) { format!("{v:.2}") } else { significant(v) }
 }
 
 #[cfg(test)]

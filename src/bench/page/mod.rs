@@ -6,7 +6,7 @@ mod scene;
 
 use super::fit::Spread;
 use super::report::{Configuration, Report, Scene};
-use super::table::significant;
+use super::table::{ratio, significant};
 use std::fmt::Write;
 
 /// Colours that the page's style defines.
@@ -58,10 +58,10 @@ fn header(page: &mut String, report: &Report) {
         counted(settings.seeds, "seed"),
     );
     if report.refused > 0 {
-        let _ = write!(
+        let _ = writeln!(
             page,
             "<div class=\"note\">{} refused: the reference cannot measure them. They are marked below, and count \
-             nowhere.</div>\n",
+             nowhere.</div>",
             counted(report.refused, "row")
         );
     }
@@ -104,8 +104,8 @@ fn headline(page: &mut String, report: &Report) {
     page.push_str("</table></div></section>\n");
 }
 
-fn times(ratio: f64) -> String {
-    format!("{}×", significant(ratio))
+fn times(factor: f64) -> String {
+    format!("{}×", ratio(factor))
 }
 
 /// A square of a configuration's colour.
@@ -131,38 +131,38 @@ fn first_cell(configuration: &Configuration, many: bool) -> String {
 fn ratio_cell(configuration: &Configuration, scene: &Scene) -> String {
     let base = scene.configurations.first().map_or(&[][..], |c| &c.rows);
     let pairs = configuration.rows.iter().zip(base).rev();
-    let Some((ratio, row, base)) = pairs.filter_map(|(row, base)| Some((row.efficiency_ratio?, row, base))).next()
+    let Some((spread, row, base)) = pairs.filter_map(|(row, base)| Some((row.efficiency_ratio?, row, base))).next()
     else {
         return "<span class=\"bad\">refused</span>".into();
     };
     // Where seeds disagree, there is nothing to be glad or sorry about.
-    let class = match ratio {
+    let class = match spread {
         Spread { low, .. } if low > 1.0 => "big good",
         Spread { high, .. } if high < 1.0 => "big bad",
         _ => "big",
     };
     let error = match (row.relmse, base.relmse) {
-        (Some(own), Some(first)) if own.median > 0.0 => significant(own.median / first.median),
+        (Some(own), Some(first)) if own.median > 0.0 => ratio(own.median / first.median),
         _ => "–".into(),
     };
-    let time = row.speed_ratio.map_or("–".into(), |s| significant(1.0 / s.median));
+    let time = row.speed_ratio.map_or("–".into(), |s| ratio(1.0 / s.median));
     let samples = if row.samples == base.samples { String::new() } else { format!(", {} samples", row.samples) };
     format!(
         "<div class=\"{class}\">{}</div><div class=\"small\">({} – {}) {error}× the error, {time}× the time{samples}</div>",
-        times(ratio.median),
-        significant(ratio.low),
-        significant(ratio.high),
+        times(spread.median),
+        ratio(spread.low),
+        ratio(spread.high),
     )
 }
 
 fn footer(page: &mut String, report: &Report) {
-    let _ = write!(
+    let _ = writeln!(
         page,
         "<section class=\"card\"><h2>How to read this</h2><p>relMSE is the mean over pixels and channels of (x − r)²/(r² + \
          0.01), with r the reference, whose own error is subtracted where it is known. Points are single seeds, lines go \
          through their medians, bands from the smallest to the largest; the dotted line falls as the errors of independent \
          samples do. CPU seconds are those of all threads while rendering; loading and building are stated apart. \
-         Configurations were rendered in turn.</p><p class=\"muted\"><code>{}</code></p></section>\n",
+         Configurations were rendered in turn.</p><p class=\"muted\"><code>{}</code></p></section>",
         escaped(&report.command)
     );
 }

@@ -4,13 +4,14 @@ use crate::image::{Picture, compare, to_png};
 use crate::spectrum::{Rgb, rgb_to_xyz};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use std::ops::RangeInclusive;
 
-/// Largest width of a picture in the page; larger ones are reduced by a whole number.
+/// Largest width of a picture in the page; larger ones are reduced by a whole number, and those that are smaller are stretched.
 const WIDTH: u32 = 288;
 
 /// Where the brighter parts of a picture are to be in what is shown, and the range in which they may stay where they are.
 const BRIGHT: f32 = 0.8;
-const LEAVE_ALONE: [f32; 2] = [0.25, 1.6];
+const LEAVE_ALONE: RangeInclusive<f32> = 0.25..=1.6;
 /// The brighter parts: so much of the picture is darker.
 const BRIGHT_PART: f64 = 0.95;
 
@@ -30,7 +31,7 @@ pub(super) fn quantile(mut values: Vec<f32>, part: f64) -> f32 {
 /// Stops of exposure that a picture needs to be seen: none if it shows well as it is.
 pub(super) fn exposure(picture: &Picture) -> f32 {
     let bright = quantile(picture.pixels().iter().map(|&p| rgb_to_xyz(p)[1]).collect(), BRIGHT_PART);
-    if !(bright > 0.0) || (bright >= LEAVE_ALONE[0] && bright <= LEAVE_ALONE[1]) {
+    if !(bright > 0.0) || LEAVE_ALONE.contains(&bright) {
         return 0.0;
     }
     // Half stops are as exact as anyone can see, and short to say.
@@ -43,14 +44,7 @@ pub(super) fn image(picture: &Picture, exposure: f32, alt: &str) -> String {
 }
 
 fn element(picture: &Picture, exposure: f32, alt: &str) -> String {
-    let (width, height) = shown_size(picture);
-    format!(r#"<img src="{}" width="{width}" height="{height}" alt="{alt}">"#, source(picture, exposure))
-}
-
-/// Small pictures are shown larger, by a whole number.
-fn shown_size(picture: &Picture) -> (u32, u32) {
-    let factor = (WIDTH / picture.width()).max(1);
-    (picture.width() * factor, picture.height() * factor)
+    format!(r#"<img src="{}" alt="{alt}">"#, source(picture, exposure))
 }
 
 /// A map of values, of which `top` and what is above it is white.

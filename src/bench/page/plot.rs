@@ -7,7 +7,7 @@ use std::fmt::Write;
 /// Size of the drawing, in its own units.
 const SIZE: (f64, f64) = (640.0, 400.0);
 /// What the axes' labels take at the left, right, top and bottom.
-const MARGIN: [f64; 4] = [64.0, 16.0, 12.0, 50.0];
+const MARGIN: [f64; 4] = [78.0, 16.0, 12.0, 50.0];
 /// Part of the range that is left free at each end.
 const AIR: f64 = 0.06;
 /// Marks of one axis that can have labels of their own.

@@ -113,31 +113,28 @@ fn show_pictures(page: &mut String, scene: &Scene) {
     let exposed = if stops == 0.0 { String::new() } else { format!(", exposure {stops:+} EV") };
     let _ = write!(
         page,
-        "<div class=\"pictures\"><figure>{}<figcaption>reference{exposed}</figcaption></figure>",
-        pictures::image(reference, stops, "reference")
+        "<div class=\"pictures\"><div><figure>{}<figcaption>reference{exposed}</figcaption></figure><div \
+         class=\"ramp\">{}<div class=\"ends\"><span>0</span><span>{} and more</span></div><p>Maps: relative error of each \
+         pixel, root of the mean square over seeds.</p></div></div>",
+        pictures::image(reference, stops, "reference"),
+        pictures::ramp(),
+        significant(f64::from(top)),
     );
     for (i, c) in scene.configurations.iter().enumerate() {
         let Some((picture, map)) = &c.shown else { continue };
         let samples = c.rows.iter().rev().find(|row| !row.runs.is_empty()).map_or(0, |row| row.samples);
-        let name = escaped(&c.name);
+        let (name, size) = (escaped(&c.name), (picture.width(), picture.height()));
         let _ = write!(
             page,
-            "<figure>{}<figcaption>{}{name}, {}</figcaption></figure><figure>{}<figcaption>{}{name}, \
-             error</figcaption></figure>",
+            "<div><figure>{}<figcaption>{}{name}, {}</figcaption></figure><figure>{}<figcaption>its \
+             error</figcaption></figure></div>",
             pictures::image(picture, stops, &name),
             swatch(i),
             counted(samples as usize, "sample"),
-            pictures::heat((picture.width(), picture.height()), map, top, &format!("errors of {name}")),
-            swatch(i),
+            pictures::heat(size, map, top, &format!("errors of {name}")),
         );
     }
-    let _ = write!(
-        page,
-        "</div><div class=\"ramp\"><span>relative error of a pixel, root of the mean square over seeds: 0</span>{}<span>{} and \
-         more</span></div>",
-        pictures::ramp(),
-        significant(f64::from(top)),
-    );
+    page.push_str("</div>");
 }
 
 /// What carries the error: for each way to split, a bar for each configuration.
@@ -149,7 +146,7 @@ fn splits(page: &mut String, scene: &Scene) {
         let _ = write!(page, "<div><h3>error by {}</h3>", partition.by);
         // The same class has the same colour in all bars.
         let mut names: Vec<&str> = Vec::new();
-        for class in with().flat_map(|(_, split)| &split.partitions[which].classes) {
+        for class in with().flat_map(|(_, split)| split.partitions[which].shown()) {
             if !names.contains(&class.name.as_str()) {
                 names.push(&class.name);
             }
@@ -193,7 +190,7 @@ fn bar(partition: &Partition, names: &[&str]) -> String {
     const LABELLED: f64 = 0.07;
     let all: f64 = partition.classes.iter().map(|c| c.error).sum();
     let mut text = String::new();
-    for class in partition.classes.iter().filter(|c| c.error > 0.0) {
+    for class in partition.shown().filter(|c| c.error > 0.0) {
         let index = names.iter().position(|n| *n == class.name).unwrap_or(0);
         let part = class.error / all;
         let label = if part >= LABELLED { format!("{:.0} %", 100.0 * part) } else { String::new() };

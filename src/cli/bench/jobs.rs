@@ -84,7 +84,8 @@ const NO_OPTIONS: &str =
 /// What is wrong with an option, without what `render` says of its usage.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
-    let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage"));
+    let lines =
+        text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage") && !line.starts_with("For more"));
     let line = lines.filter(|line| !line.is_empty() && !line.starts_with("tip:")).collect::<Vec<_>>().join(" ");
     line.trim_start_matches("error: ").to_owned()
 }
