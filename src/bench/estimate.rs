@@ -16,13 +16,9 @@ const FLOOR: f64 = 0.01;
 /// A reference must be so many times better than what it measures.
 pub const LEAST_RATIO: f64 = 10.0;
 
-/// Standard errors by which pictures must miss a reference before it is blamed. The blocks that give the standard error are
-/// few and their values far from normal, so a little more than three.
+/// Standard errors by which pictures must miss a reference before it is blamed: reconstruction filters make neighbours alike,
+/// which the standard error does not know, and which is worth a factor of less than two.
 const SIGNIFICANT: f64 = 5.0;
-
-/// Blocks of neighbouring pixels that the standard error of [`Errors::shared`] is estimated from: enough for an estimate,
-/// large enough that what a reconstruction filter makes common to neighbours is mostly within one.
-const BLOCKS: usize = 64;
 
 /// What pictures are measured against.
 pub struct Reference {
@@ -116,7 +112,7 @@ pub struct Errors {
 pub struct Shared {
     /// Their mean squared error that is not independent: the reference's, and their own bias.
     pub error: f64,
-    /// Standard error of that.
+    /// Standard error that it would have if there were none: by the noise of the pictures.
     pub deviation: f64,
 }
 
@@ -145,17 +141,18 @@ impl Errors {
             return None;
         }
         let pairs = f64::from(self.pictures) * f64::from(self.pictures - 1);
-        let of_pixel =
-            |(sum, squares): &([f64; 3], f64)| (sum.iter().map(|s| s * s).sum::<f64>() - squares) / (3.0 * pairs);
-        let block = self.sums.len().div_ceil(BLOCKS);
-        let blocks: Vec<f64> = self.sums.chunks(block).map(|b| b.iter().map(of_pixel).sum::<f64>()).collect();
-        let n = blocks.len() as f64;
-        let pixels = self.sums.len() as f64;
-        let error = blocks.iter().sum::<f64>() / pixels;
-        let of_block = error * pixels / n;
-        let squares: f64 = blocks.iter().map(|b| (b - of_block) * (b - of_block)).sum();
-        // Of a sum of n equally distributed values: n times their variance. A single block says nothing of it.
-        let deviation = if n > 1.0 { (n * squares / (n - 1.0)).sqrt() / pixels } else { 0.0 };
+        let n = f64::from(self.pictures);
+        let (mut products, mut noise) = (0.0, 0.0);
+        for (sum, squares) in &self.sums {
+            let of_sum = sum.iter().map(|s| s * s).sum::<f64>();
+            products += (of_sum - squares) / pairs;
+            // The variance of one picture's error there, by the pictures' difference from their mean.
+            let variance = (squares - of_sum / n) / (n - 1.0);
+            // Of the mean of n(n − 1)/2 products of two such errors, channels being alike at worst.
+            noise += 2.0 * variance * variance / pairs;
+        }
+        let values = 3.0 * self.sums.len() as f64;
+        let (error, deviation) = (products / values, noise.sqrt() / values);
         Some(Shared { error, deviation })
     }
 }
