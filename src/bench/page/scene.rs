@@ -187,7 +187,7 @@ fn percent(part: f64, whole: f64) -> String {
 
 fn bar(partition: &Partition, names: &[&str]) -> String {
     /// Least part that has room for its number.
-    const LABELLED: f64 = 0.07;
+    const LABELLED: f64 = 0.09;
     let all: f64 = partition.classes.iter().map(|c| c.error).sum();
     let mut text = String::new();
     for class in partition.shown().filter(|c| c.error > 0.0) {
