@@ -7,6 +7,7 @@
 //! Each module uses only modules of lower rows of the table in ARCHITECTURE.md.
 
 pub mod accel;
+pub mod bench;
 pub mod bsdf;
 pub mod camera;
 pub mod cli;

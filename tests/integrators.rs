@@ -8,6 +8,7 @@ use common::*;
 use snell::accel::Accelerator;
 use snell::description::{BsdfKind, LightKind, SceneDescription};
 use snell::integrator::Estimator;
+use snell::sampler::SamplerKind;
 
 /// Width and height of the pictures.
 const RES: u32 = 32;

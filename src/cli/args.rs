@@ -1,6 +1,7 @@
 //! The arguments.
 
 use crate::accel::Accelerator;
+use crate::error::Error;
 use crate::film::SampleId;
 use crate::image::Crop;
 use crate::integrator::Estimator;
@@ -26,12 +27,67 @@ pub(super) enum Command {
     Info(SceneArgs),
     /// Compare a picture with a reference: errors, perceived difference, statistical tests.
     Diff(DiffArgs),
+    /// Measure error against time and samples, of one way to render or several, and write a page, a table and figures.
+    Bench(BenchArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.
         shell: Shell,
     },
 }
+
+/// What to measure, and against what.
+#[derive(Debug, Args)]
+pub(super) struct BenchArgs {
+    /// The scenes.
+    #[arg(required = true, value_name = "SCENE")]
+    pub(super) scenes: Vec<PathBuf>,
+    /// Folder for bench.html, bench.json and bench.csv; made if it is not there.
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) out: PathBuf,
+    /// The picture that is right (for each scene one, in their order), with NAME_var.exr beside it if its variance is known.
+    /// Default: a reference of --reference-spp samples is rendered.
+    #[arg(long, value_name = "FILE")]
+    pub(super) reference: Vec<PathBuf>,
+    /// Samples per pixel of the reference to render. Default: at least 16 times as many as are measured.
+    #[arg(long, value_name = "N", conflicts_with = "reference", value_parser = clap::value_parser!(u32).range(2..))]
+    pub(super) reference_spp: Option<u32>,
+    /// Samples per pixel to measure. Default: 1,4,16,64.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) spp: Vec<u32>,
+    /// CPU seconds to measure at, instead: as many samples as fit, by the time that a short render takes.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "spp", value_parser = seconds)]
+    pub(super) seconds: Vec<f64>,
+    /// Compare these values of an option of `render`: accel, sampler, integrator or rr-depth. May be repeated: everything is
+    /// combined with everything, and compared with the first.
+    #[arg(long, value_name = "NAME=LIST", value_parser = vary)]
+    pub(super) vary: Vec<Vary>,
+    /// How often to render each, with different seeds.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) seeds: u32,
+    /// Take the error at the largest cost apart: by length of paths, by how light was found, by what the first surface did.
+    #[arg(long)]
+    pub(super) split: bool,
+    /// Set a parameter that the scenes declare by `<default>`.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    pub(super) define: Vec<(String, String)>,
+    /// Print errors and the table only.
+    #[arg(short, long)]
+    pub(super) quiet: bool,
+    /// More options, as `render` has them, for all renders.
+    #[arg(last = true, value_name = "RENDER OPTIONS")]
+    pub(super) options: Vec<String>,
+}
+
+/// An option of `render` and the values to compare.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Vary {
+    pub(super) name: String,
+    pub(super) values: Vec<String>,
+}
+
+/// Options that `bench` can vary: those that leave what the picture converges to as it is.
+const VARIED: [&str; 5] = ["accel", "sampler", "integrator", "reuse", "rr-depth"];
 
 /// What to compare, and how well it must agree.
 #[derive(Debug, Args)]
@@ -215,7 +271,7 @@ pub(super) enum AovName {
 }
 
 /// Names of [`Accelerator`]s.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
 pub(super) enum AcceleratorName {
     /// Native for scenes of few triangles; else Embree where it is compiled in.
     Auto,
@@ -289,16 +345,20 @@ pub(super) enum SamplerName {
 }
 
 impl SamplerName {
-    /// For `samples` a pixel; `None` if it cannot have that many.
-    pub(super) fn kind(self, samples: u32) -> Option<SamplerKind> {
-        Some(match self {
+    /// For `samples` a pixel; fails if it cannot have that many.
+    pub(super) fn kind_for(self, samples: u32) -> crate::error::Result<SamplerKind> {
+        let any = match self {
             Self::Sobol => SamplerKind::Sobol,
-            Self::ZSobol => {
-                let log_samples = samples.is_power_of_two().then(|| samples.ilog2())?;
-                (log_samples <= MOST_LOG_SAMPLES).then_some(SamplerKind::ZSobol { log_samples })?
-            }
+            Self::ZSobol => SamplerKind::ZSobol { log_samples: 0 },
             Self::Stratified => SamplerKind::Stratified { samples },
             Self::Independent => SamplerKind::Independent,
+        };
+        any.for_samples(samples).ok_or_else(|| {
+            let most = 1u32 << MOST_LOG_SAMPLES;
+            Error::Usage(format!(
+                "--sampler zsobol needs a power of two up to {most} for the number of samples, which is {samples}: \
+                 expected another --spp, or --sampler sobol"
+            ))
         })
     }
 
@@ -310,6 +370,26 @@ impl SamplerName {
             Self::Independent => "independent",
         }
     }
+}
+
+fn vary(text: &str) -> Result<Vary, String> {
+    let names = || VARIED.join(", ");
+    let Some((name, list)) = text.split_once('=') else {
+        return Err(format!("expected NAME=VALUE,VALUE,… with one of the names {}", names()));
+    };
+    if !VARIED.contains(&name) {
+        return Err(format!("'{name}' cannot be varied; expected one of {}", names()));
+    }
+    let values: Vec<String> = list.split(',').map(|v| v.trim().to_owned()).collect();
+    if let Some(twice) = values.iter().enumerate().find(|(i, v)| values[..*i].contains(v)) {
+        return Err(format!("'{}' is there twice", twice.1));
+    }
+    Ok(Vary { name: name.into(), values })
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|s: &f64| *s > 0.0 && s.is_finite());
+    seconds.ok_or_else(|| "expected seconds, more than 0".into())
 }
 
 fn define(text: &str) -> Result<(String, String), String> {

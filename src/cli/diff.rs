@@ -122,28 +122,32 @@ fn check_same(path_a: &Path, a: &PictureFile, path_b: &Path, b: &PictureFile) ->
 
 /// The variances of both pictures: those that were named, or those that lie beside both, as NAME_var.exr.
 fn variances(args: &DiffArgs, a: &PictureFile) -> Result<[Option<Picture>; 2]> {
-    let beside = |path: &Path| -> Option<PathBuf> {
-        let name = format!("{}_var.exr", path.file_stem()?.to_string_lossy());
-        Some(path.with_file_name(name)).filter(|p| p.is_file())
-    };
     let named = [args.variance_a.clone(), args.variance_b.clone()];
     let paths = if named.iter().any(Option::is_some) {
         named
     } else {
-        let found = [beside(&args.picture), beside(&args.reference)];
+        let found = [variance_beside(&args.picture), variance_beside(&args.reference)];
         // A picture whose variance is not known is not exact, so one alone says nothing.
         if found.iter().all(Option::is_some) { found } else { [None, None] }
     };
-    let [first, second] = paths.map(|path| {
-        let Some(path) = path else { return Ok(None) };
-        let file = read_picture(&path)?;
-        check_same(&path, &file, &args.picture, a)?;
-        if file.picture.pixels().iter().any(|p| p.0.min_element() < 0.0) {
-            return Err(Error::file(path, "a variance is below zero"));
-        }
-        Ok(Some(file.picture))
-    });
+    let [first, second] = paths.map(|path| path.map(|path| read_variance(&path, &args.picture, a)).transpose());
     Ok([first?, second?])
+}
+
+/// The file of a picture's variance, if it lies beside it.
+pub(super) fn variance_beside(path: &Path) -> Option<PathBuf> {
+    let name = format!("{}_var.exr", path.file_stem()?.to_string_lossy());
+    Some(path.with_file_name(name)).filter(|p| p.is_file())
+}
+
+/// The variance in the file `path`, of the size of `picture` from the file `beside`.
+pub(super) fn read_variance(path: &Path, beside: &Path, picture: &PictureFile) -> Result<Picture> {
+    let file = read_picture(path)?;
+    check_same(path, &file, beside, picture)?;
+    if file.picture.pixels().iter().any(|p| p.0.min_element() < 0.0) {
+        return Err(Error::file(path, "a variance is below zero"));
+    }
+    Ok(file.picture)
 }
 
 fn comparison(a: &Picture, b: &Picture, variances: &[Option<Picture>; 2]) -> Comparison {

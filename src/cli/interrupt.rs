@@ -6,14 +6,14 @@ use crate::render::Progress;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// From now on, an interrupt cancels `progress`; before it is started, and the second time, it removes `temporaries` and
-/// exits. A signal that was ignored when the program began (by `nohup`, or in a script's background) stays ignored.
+/// From now on, an interrupt cancels `progress`; before it is started, and the second time, it removes `temporaries`, files
+/// and folders with nothing in them, and exits. A signal that was ignored when the program began (by `nohup`, or in a script's background) stays ignored.
 pub(super) fn handle(progress: &Arc<Progress>, temporaries: Vec<PathBuf>) {
     let progress = Arc::clone(progress);
     on_signal(move || {
         if progress.is_cancelled() || !progress.is_started() {
             for path in &temporaries {
-                let _ = std::fs::remove_file(path);
+                let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir(path));
             }
             std::process::exit(i32::from(EXIT_INTERRUPTED));
         }

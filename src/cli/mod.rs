@@ -4,6 +4,7 @@
 
 mod aov;
 mod args;
+mod bench;
 mod diff;
 mod error_estimate;
 mod info;
@@ -20,7 +21,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// A comparison failed.
+/// A comparison failed, or a reference was too noisy for what was to be measured.
 const EXIT_FAILED: u8 = 1;
 /// Bad usage or bad input.
 const EXIT_USAGE: u8 = 2;
@@ -53,6 +54,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Render(a) => render::run(a, &shell_line(&words)),
         Command::Info(a) => info::run(a).map(|()| ExitCode::SUCCESS),
         Command::Diff(a) => diff::run(a),
+        Command::Bench(a) => bench::run(a, &shell_line(&words)),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Arguments::command(), "snell", &mut script);

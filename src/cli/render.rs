@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::image::{ComponentFormat, Format, Layers, Metadata, OutputFile, PixelFormat, Reserved, WriteOptions};
 use crate::integrator::Integrator;
 use crate::render::{Progress, RenderSettings, Rendered, render_with, total_samples};
-use crate::sampler::{MOST_LOG_SAMPLES, Sampler};
+use crate::sampler::Sampler;
 use rayon::ThreadPool;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -128,7 +128,11 @@ fn reserve(args: &RenderArgs) -> Result<Outputs> {
 }
 
 /// What the file says, with what the arguments change in it.
-fn settings(args: &RenderArgs, prepared: &Prepared, pool: &ThreadPool) -> Result<(RenderSettings, IntegratorName)> {
+pub(super) fn settings(
+    args: &RenderArgs,
+    prepared: &Prepared,
+    pool: &ThreadPool,
+) -> Result<(RenderSettings, IntegratorName)> {
     let file = &prepared.description.integrator;
     let sampler = prepared.description.cameras[args.scene.camera].sampler;
     let name = args.integrator.unwrap_or(match file.kind {
@@ -144,13 +148,7 @@ fn settings(args: &RenderArgs, prepared: &Prepared, pool: &ThreadPool) -> Result
         None => file_depth,
     };
     let samples = args.spp.unwrap_or(sampler.sample_count);
-    let kind = args.sampler.kind(samples).ok_or_else(|| {
-        let most = 1u32 << MOST_LOG_SAMPLES;
-        Error::Usage(format!(
-            "--sampler zsobol needs a power of two up to {most} for the number of samples, which is {samples}: \
-             expected another --spp, or --sampler sobol"
-        ))
-    })?;
+    let kind = args.sampler.kind_for(samples)?;
     let integrator = Integrator {
         estimator: name.estimator(),
         max_depth,

@@ -15,6 +15,7 @@ pub use filter::Filter;
 pub use input::{PictureFile, decode as decode_picture, read as read_picture};
 pub use layers::{Layers, PixelFormat, Plane, PlaneValues};
 pub use output::{Format, OutputFile, Reserved, WriteOptions};
+pub use png_file::to_png;
 pub use raster::Raster;
 
 use crate::spectrum::Rgb;

@@ -1,6 +1,6 @@
 //! 8-bit PNG, sRGB-encoded.
 
-use super::Layers;
+use super::{Layers, Picture};
 use crate::spectrum::{Rgb, rgb_to_xyz};
 use image::{ExtendedColorType, ImageEncoder, ImageResult, codecs::png::PngEncoder};
 use std::io::{BufWriter, Write};
@@ -33,6 +33,14 @@ pub(super) fn write(to: &mut impl Write, layers: &Layers<'_>, exposure: f32) -> 
     PngEncoder::new(&mut out).write_image(&bytes, picture.width(), picture.height(), kind)?;
     out.flush()?;
     Ok(())
+}
+
+/// A picture in colour as the bytes of a file: see [`write`].
+pub fn to_png(picture: &Picture, exposure: f32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    // Writing to memory cannot fail, and every picture of at least one pixel can be encoded.
+    let _ = write(&mut bytes, &picture.into(), exposure);
+    bytes
 }
 
 /// A colour that was multiplied by alpha, without; black where nothing covers the pixel.

@@ -48,6 +48,20 @@ pub enum SamplerKind {
     Independent,
 }
 
+impl SamplerKind {
+    /// The same for `samples` a pixel; `None` if it cannot have that many.
+    pub fn for_samples(self, samples: u32) -> Option<Self> {
+        match self {
+            Self::ZSobol { .. } => {
+                let log_samples = samples.is_power_of_two().then(|| samples.ilog2())?;
+                (log_samples <= MOST_LOG_SAMPLES).then_some(Self::ZSobol { log_samples })
+            }
+            Self::Stratified { .. } => Some(Self::Stratified { samples }),
+            Self::Sobol | Self::Independent => Some(self),
+        }
+    }
+}
+
 /// A sampler for a whole render.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
