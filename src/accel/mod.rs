@@ -127,7 +127,7 @@ impl Accel {
         assert_eq!(rays.len(), hits.len(), "one hit a ray");
         assert!(start.primitives().is_empty() || start.primitives().len() == rays.len(), "one start a ray");
         match &self.0 {
-            Kind::Native(native) => native.closest_hits(rays, start.primitives(), hits),
+            Kind::Native(native) => native.closest_hits(rays, start, hits),
             #[cfg(feature = "embree")]
             Kind::Embree(embree) => embree.closest_hits(rays, start, hits),
             #[cfg(feature = "embree")]
