@@ -19,8 +19,6 @@ use crate::shape::Shape;
 use crate::shape::triangle::WatertightRay;
 use block::{QuadricBlock, TriangleBlock};
 use build::Item;
-#[cfg(feature = "embree")]
-use flat::FLAT_LIMIT;
 use flat::FlatList;
 use instance::Instances;
 #[cfg(feature = "embree")]
@@ -104,11 +102,10 @@ impl Native {
         Self { triangles: Triangles::build(shapes), ..Self::build_others(shapes) }
     }
 
-    /// Builds over all of `shapes` if the triangles are few enough for a list, and there are any.
+    /// How many triangles its hierarchy over them would have.
     #[cfg(feature = "embree")]
-    pub(crate) fn build_flat(shapes: &[Shape]) -> Option<Self> {
-        let triangles: usize = shapes.iter().filter(|s| is_mesh(s)).map(Shape::primitive_count).sum();
-        (triangles <= FLAT_LIMIT).then(|| Self::build(shapes)).filter(Self::is_flat)
+    pub(crate) fn triangles(shapes: &[Shape]) -> usize {
+        shapes.iter().filter(|s| is_mesh(s)).map(Shape::primitive_count).sum()
     }
 
     /// Builds over what is no mesh alone: quadrics and what is placed.

@@ -107,10 +107,10 @@ impl Slabs {
                 bins[first].begins += 1;
                 bins[last].ends += 1;
                 let mut rest = item.bounds;
-                for slab in first..last {
+                for (slab, bin) in (first + 1..=last).zip(&mut bins[first..last]) {
                     let triangle = triangle.get_or_insert_with(|| corners(item.id));
-                    let [part, behind] = cut(rest, triangle, axis, self.plane(axis, slab + 1), rough_crossing);
-                    bins[slab].bounds = bins[slab].bounds.union(part);
+                    let [part, behind] = cut(rest, triangle, axis, self.plane(axis, slab), rough_crossing);
+                    bin.bounds = bin.bounds.union(part);
                     rest = behind;
                 }
                 bins[last].bounds = bins[last].bounds.union(rest);
