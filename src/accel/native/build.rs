@@ -335,3 +335,41 @@ impl Binning {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// 60 needles across 600 specks: needles are cut, no more parts are made than there are places for, and no primitive is
+    /// lost.
+    #[test]
+    fn long_triangles_are_cut_and_none_is_lost() {
+        let mut state = 1u64;
+        let mut unit = || {
+            state = state.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        let mut point = || Vec3::new(unit(), unit(), unit());
+        let triangles: Vec<[Vec3; 3]> = (0..660)
+            .map(|i| {
+                let (a, b) = (point(), point());
+                if i % 11 == 0 { [a, b, b + Vec3::splat(0.01)] } else { [a, a + 0.01 * b, a + 0.01 * point()] }
+            })
+            .collect();
+        let item = |(primitive, triangle): (u32, &[Vec3; 3])| Item {
+            bounds: Bounds::of(*triangle),
+            id: Hit { shape: 0, primitive },
+        };
+        let mut items: Vec<Item> = (0..).zip(&triangles).map(item).collect();
+        let nodes = build(&mut items, 4, Some(&|id: Hit| triangles[id.primitive as usize]));
+        let leaves = nodes.iter().filter_map(|node| match node.kind {
+            Kind::Leaf { first, count } => Some(first as usize..(first + count) as usize),
+            Kind::Inner { .. } => None,
+        });
+        let parts: Vec<u32> = leaves.flatten().map(|i| items[i].id.primitive).collect();
+        let spare = triangles.len() / SPARE;
+        assert!(parts.len() > triangles.len() && parts.len() <= triangles.len() + spare, "{}", parts.len());
+        assert_eq!(parts.into_iter().collect::<BTreeSet<u32>>().len(), triangles.len());
+    }
+}
