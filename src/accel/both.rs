@@ -35,7 +35,7 @@ impl Both {
     /// See [`super::Accel::closest_hits`].
     pub(super) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         self.rays.fetch_add(rays.len() as u64, Ordering::Relaxed);
-        self.native.closest_hits(rays, start.primitives(), hits);
+        self.native.closest_hits(rays, start, hits);
         let mut others = vec![Hit::NONE; rays.len()];
         self.embree.closest_hits(rays, start, &mut others);
         for ((ray, &native), &embree) in rays.iter().zip(&*hits).zip(&others) {
@@ -56,7 +56,7 @@ impl Both {
                 // The one who says yes has to name its witness.
                 let (mut of_embree, mut of_native) = ([Hit::NONE], [Hit::NONE]);
                 if native {
-                    self.native.closest_hits(&[*ray], &[], &mut of_native);
+                    self.native.closest_hits(&[*ray], Start::Anywhere, &mut of_native);
                 } else {
                     self.embree.closest_hits(&[*ray], Start::Anywhere, &mut of_embree);
                 }

@@ -129,7 +129,8 @@ impl WatertightRay {
             if !certain && !crosses_in_f64(p.map(|p| p.map(|c| f64::from(c[lane])))) {
                 continue;
             }
-            let t = self.exact.resolve(v.map(|v| v.map(|c| f64::from(c[lane])))).t;
+            let vertex = |v: &[Vec4; 3]| [f64::from(v[0][lane]), f64::from(v[1][lane]), f64::from(v[2][lane])];
+            let t = self.exact.resolve([vertex(&v[0]), vertex(&v[1]), vertex(&v[2])]).t;
             if t > self.exact.tmin && t < self.exact.tmax && on_hit(lane, t as f32) {
                 return true;
             }
@@ -141,10 +142,12 @@ impl WatertightRay {
     #[inline(always)]
     fn shear4(&self, v: &[[Vec4; 3]; 3]) -> [[Vec4; 2]; 3] {
         let ShearedRay { axes: [x, y, z], origin: [ox, oy, oz], shear: [sx, sy] } = self.sheared;
-        [0, 1, 2].map(|i| {
-            let depth = v[i][z] - oz;
-            [(v[i][x] - ox) - sx * depth, (v[i][y] - oy) - sy * depth]
-        })
+        // Not by `map`, whose closure would not be compiled for the caller's instruction set, nor inlined.
+        let shear = |v: &[Vec4; 3]| {
+            let depth = v[z] - oz;
+            [(v[x] - ox) - sx * depth, (v[y] - oy) - sy * depth]
+        };
+        [shear(&v[0]), shear(&v[1]), shear(&v[2])]
     }
 }
 
@@ -155,10 +158,8 @@ fn edge_functions<T>(p: &[[T; 2]; 3]) -> Edges<T>
 where
     T: Copy + std::ops::Mul<Output = T> + std::ops::Sub<Output = T>,
 {
-    [0, 1, 2].map(|i| {
-        let (a, b) = (p[(i + 1) % 3], p[(i + 2) % 3]);
-        b[0] * a[1] - b[1] * a[0]
-    })
+    let edge = |a: [T; 2], b: [T; 2]| b[0] * a[1] - b[1] * a[0];
+    [edge(p[1], p[2]), edge(p[2], p[0]), edge(p[0], p[1])]
 }
 
 /// The lanes where no two edge functions have certainly opposite signs, one bit each; those with a NaN may be among them.

@@ -108,24 +108,28 @@ impl Embree {
     /// See [`super::Accel::closest_hits_from`].
     pub(crate) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         let Some(scene) = &self.scene else {
-            return self.others.closest_hits(rays, start.primitives(), hits);
+            return self.others.closest_hits(rays, start, hits);
         };
         let mut found = [NO_HIT; CHUNK];
+        let mut nearest = [Nearest { t: 0.0, hit: Hit::NONE }; CHUNK];
         let mut stack = (!self.others.is_empty()).then(TraversalStack::new);
         for (chunk, (rays, hits)) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)).enumerate() {
             scene.closest(rays, start.is_coherent(), &mut found);
-            for (i, ((ray, found), hit)) in rays.iter().zip(&found).zip(hits).enumerate() {
-                let from = || [start.primitives().get(chunk * CHUNK + i).copied().unwrap_or(Hit::NONE), Hit::NONE];
-                *hit = match &mut stack {
-                    None if !found.id().is_some() || self.is_certain(ray, found) => found.id(),
-                    None => self.confirm_closest(scene, ray, from(), *found).hit,
-                    Some(stack) => {
-                        let mut nearest = self.confirm_closest(scene, ray, from(), *found);
-                        self.others.improve_by_others(ray, || from()[0], &mut nearest, stack);
-                        nearest.hit
-                    }
-                };
+            let starts = start.primitives().get(chunk * CHUNK..chunk * CHUNK + rays.len()).unwrap_or(&[]);
+            let from = |i: usize| [starts.get(i).copied().unwrap_or(Hit::NONE), Hit::NONE];
+            let Some(stack) = &mut stack else {
+                for (i, ((ray, found), hit)) in rays.iter().zip(&found).zip(hits).enumerate() {
+                    let is_sure = !found.id().is_some() || self.is_certain(ray, found);
+                    *hit = if is_sure { found.id() } else { self.confirm_closest(scene, ray, from(i), *found).hit };
+                }
+                continue;
+            };
+            let nearest = &mut nearest[..rays.len()];
+            for (i, ((ray, found), nearest)) in rays.iter().zip(&found).zip(&mut *nearest).enumerate() {
+                *nearest = self.confirm_closest(scene, ray, from(i), *found);
             }
+            self.others.improve_by_others(rays, starts, nearest, stack);
+            hits.iter_mut().zip(nearest).for_each(|(hit, nearest)| *hit = nearest.hit);
         }
     }
 

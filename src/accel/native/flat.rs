@@ -38,7 +38,7 @@ use row::{NO_ROW, PAIR_ROUNDINGS, Row, Rows, Triangle};
 const LANES: usize = 16;
 
 /// Up to so many triangles are kept in a list: about where the tree becomes as fast on the machine of docs/benchmarks.md.
-pub(super) const FLAT_LIMIT: usize = 128;
+const FLAT_LIMIT: usize = 128;
 
 /// Bound on the error of everything that is compared, in units of u·R: derived in the head.
 const DOUBT_ROUNDINGS: f32 = 1024.0;

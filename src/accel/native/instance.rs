@@ -3,10 +3,11 @@
 //! A group has one tree, however often it is placed. Its primitives are tested in f64 ([`crate::shape::placed`]); its
 //! boxes are walked by the ray rounded to f32, for which they are wide enough ([`super::wide`]).
 
-use super::block::{BLOCK_SIZE, Block, BlockRay, lane};
+use super::block::{self, BLOCK_SIZE, Block, BlockRay, PlainRay, lane};
 use super::build::Item;
+use super::spatial::Corners;
 use super::wide::{Stack, Tree};
-use super::{Nearest, PreparedRay, is_mesh, items};
+use super::{Nearest, is_mesh, items};
 use crate::accel::Hit;
 use crate::math::ray::{DRay, Ray};
 use crate::shape::Shape;
@@ -19,7 +20,7 @@ use std::sync::Arc;
 /// All placements of groups.
 #[derive(Debug)]
 pub(super) struct Instances {
-    tree: Tree<InstanceBlock>,
+    tree: Tree<Instance>,
     /// The trees of the groups, each once.
     groups: Vec<Arc<GroupTrees>>,
 }
@@ -44,9 +45,9 @@ impl Instances {
         Tree::build(instances, &table[..]).map(|tree| Self { tree, groups })
     }
 
-    /// Takes the placed primitive that is nearer than `nearest`, if any.
-    pub(super) fn improve(&self, ray: &PreparedRay, nearest: &mut Nearest, stack: &mut Stack) {
-        self.tree.improve(ray, nearest, stack);
+    /// See [`super::Native::improve_by_others`].
+    pub(super) fn improve_all(&self, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
+        self.tree.improve_all(rays, from, nearest, stack);
     }
 
     /// See [`super::Native::occluded`].
@@ -69,39 +70,39 @@ pub(super) struct Instance {
     group: Arc<GroupTrees>,
 }
 
-/// Up to four of them.
-#[derive(Debug)]
-struct InstanceBlock(Vec<Instance>);
-
-impl InstanceBlock {
-    fn local(instance: &Instance, ray: &PreparedRay) -> GroupRay {
-        let line = instance.placement.ray_to_group(&ray.ray);
+impl Instance {
+    fn local(&self, ray: &PlainRay) -> GroupRay {
+        let line = self.placement.ray_to_group(&ray.ray);
         GroupRay {
             rounded: line.rounded(),
             line,
             watertight: ExactWatertightRay::new(&line),
-            first: instance.first,
+            first: self.first,
             ends: ray.ends,
         }
     }
 }
 
-impl Block for InstanceBlock {
-    type Source = [Instance];
-    type Ray = PreparedRay;
+impl Block for Instance {
+    type Source = [Self];
+    type Ray = PlainRay;
 
-    fn new(items: &[Item], instances: &[Instance]) -> Self {
-        Self(items.iter().map(|item| instances[item.id.shape as usize].clone()).collect())
+    const SIZE: usize = 1;
+
+    fn corners(_: &[Self]) -> Option<Box<Corners<'_>>> {
+        None
     }
 
-    fn closest(&self, ray: &PreparedRay, nearest: &mut Nearest, stack: &mut Stack) {
-        for instance in &self.0 {
-            instance.group.improve(&Self::local(instance, ray), nearest, stack);
-        }
+    fn new(items: &[Item], instances: &[Self]) -> Self {
+        instances[items[0].id.shape as usize].clone()
     }
 
-    fn any(&self, ray: &PreparedRay, stack: &mut Stack) -> bool {
-        self.0.iter().any(|instance| instance.group.meets(&Self::local(instance, ray), stack))
+    fn closest(&self, ray: &PlainRay, nearest: &mut Nearest, stack: &mut Stack) {
+        self.group.improve(&self.local(ray), nearest, stack);
+    }
+
+    fn any(&self, ray: &PlainRay, stack: &mut Stack) -> bool {
+        self.group.meets(&self.local(ray), stack)
     }
 }
 
@@ -136,7 +137,7 @@ impl BlockRay for GroupRay {
 #[derive(Debug)]
 struct GroupTrees {
     triangles: Option<Tree<GroupTriangles>>,
-    quadrics: Option<Tree<GroupQuadrics>>,
+    quadrics: Option<Tree<GroupQuadric>>,
 }
 
 impl GroupTrees {
@@ -190,12 +191,15 @@ impl Block for GroupTriangles {
     type Source = [Shape];
     type Ray = GroupRay;
 
+    const SIZE: usize = BLOCK_SIZE;
+
+    fn corners(shapes: &[Shape]) -> Option<Box<Corners<'_>>> {
+        Some(Box::new(|id| block::triangle(shapes, id)))
+    }
+
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
         let ids = std::array::from_fn(|i| lane(items, i).id);
-        let vertices = ids.map(|id: Hit| match &shapes[id.shape as usize] {
-            Shape::Mesh(mesh) => mesh.triangle(id.primitive),
-            _ => unreachable!("a block of triangles is built from meshes"),
-        });
+        let vertices = ids.map(|id| block::triangle(shapes, id));
         Self { vertices, ids, count: items.len() }
     }
 
@@ -208,27 +212,31 @@ impl Block for GroupTriangles {
     }
 }
 
-/// Up to four quadrics of a group.
+/// A quadric of a group.
 #[derive(Debug)]
-struct GroupQuadrics(Vec<(Shape, Hit)>);
+struct GroupQuadric(Shape, Hit);
 
-impl Block for GroupQuadrics {
+impl Block for GroupQuadric {
     type Source = [Shape];
     type Ray = GroupRay;
 
+    const SIZE: usize = 1;
+
+    fn corners(_: &[Shape]) -> Option<Box<Corners<'_>>> {
+        None
+    }
+
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
-        Self(items.iter().map(|item| (shapes[item.id.shape as usize].clone(), item.id)).collect())
+        Self(shapes[items[0].id.shape as usize].clone(), items[0].id)
     }
 
     fn closest(&self, ray: &GroupRay, nearest: &mut Nearest, _: &mut Stack) {
-        for &(ref quadric, id) in &self.0 {
-            if let Some(t) = quadric.intersect_in_group(0, &ray.line) {
-                nearest.offer(t, ray.in_scene(id));
-            }
+        if let Some(t) = self.0.intersect_in_group(0, &ray.line) {
+            nearest.offer(t, ray.in_scene(self.1));
         }
     }
 
     fn any(&self, ray: &GroupRay, _: &mut Stack) -> bool {
-        self.0.iter().any(|(quadric, _)| quadric.intersect_in_group(0, &ray.line).is_some())
+        self.0.intersect_in_group(0, &ray.line).is_some()
     }
 }

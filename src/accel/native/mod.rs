@@ -10,16 +10,15 @@ mod build;
 mod collapse;
 mod flat;
 mod instance;
+mod spatial;
 mod wide;
 
-use super::Hit;
+use super::{Hit, Start};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use crate::shape::triangle::WatertightRay;
 use block::{QuadricBlock, TriangleBlock};
 use build::Item;
-#[cfg(feature = "embree")]
-use flat::FLAT_LIMIT;
 use flat::FlatList;
 use instance::Instances;
 #[cfg(feature = "embree")]
@@ -97,24 +96,16 @@ impl Nearest {
     }
 }
 
-impl PreparedRay {
-    #[inline(always)]
-    fn new(ray: &Ray, ends: [Hit; 2]) -> Self {
-        Self { ray: *ray, watertight: WatertightRay::new(ray), ends }
-    }
-}
-
 impl Native {
     /// Builds over all of `shapes`, on the current rayon pool. The same trees for any number of threads.
     pub(crate) fn build(shapes: &[Shape]) -> Self {
         Self { triangles: Triangles::build(shapes), ..Self::build_others(shapes) }
     }
 
-    /// Builds over all of `shapes` if the triangles are few enough for a list, and there are any.
+    /// How many triangles its hierarchy over them would have.
     #[cfg(feature = "embree")]
-    pub(crate) fn build_flat(shapes: &[Shape]) -> Option<Self> {
-        let triangles: usize = shapes.iter().filter(|s| is_mesh(s)).map(Shape::primitive_count).sum();
-        (triangles <= FLAT_LIMIT).then(|| Self::build(shapes)).filter(Self::is_flat)
+    pub(crate) fn triangles(shapes: &[Shape]) -> usize {
+        shapes.iter().filter(|s| is_mesh(s)).map(Shape::primitive_count).sum()
     }
 
     /// Builds over what is no mesh alone: quadrics and what is placed.
@@ -139,7 +130,8 @@ impl Native {
     }
 
     /// The closest hit of each ray; see [`super::Accel::closest_hits_from`].
-    pub(crate) fn closest_hits(&self, rays: &[Ray], from: &[Hit], hits: &mut [Hit]) {
+    pub(crate) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
+        let from = start.primitives();
         let mut stack = Stack::new();
         let with_distances = self.quadrics.is_some() || self.instances.is_some();
         let mut nearest = [Nearest { t: 0.0, hit: Hit::NONE }; CHUNK];
@@ -148,30 +140,26 @@ impl Native {
             let from = from.get(chunk * CHUNK..chunk * CHUNK + rays.len()).unwrap_or(&[]);
             match &self.triangles {
                 Some(Triangles::Flat(list)) => list.closest_hits(rays, from, nearest, with_distances),
-                Some(Triangles::Tree(tree)) => tree.closest_hits(rays, from, nearest, &mut stack),
-                None => nearest.iter_mut().zip(rays).for_each(|(nearest, ray)| *nearest = Nearest::none(ray)),
+                Some(Triangles::Tree(tree)) => {
+                    nothing(rays, nearest);
+                    tree.improve_all(rays, from, nearest, &mut stack);
+                }
+                None => nothing(rays, nearest),
             }
-            for (i, ((ray, nearest), hit)) in rays.iter().zip(nearest).zip(hits).enumerate() {
-                self.improve_by_others(ray, || from.get(i).copied().unwrap_or(Hit::NONE), nearest, &mut stack);
-                *hit = nearest.hit;
-            }
+            self.improve_by_others(rays, from, nearest, &mut stack);
+            hits.iter_mut().zip(nearest).for_each(|(hit, nearest)| *hit = nearest.hit);
         }
     }
 
-    /// Takes what is no mesh of the scene and nearer than `nearest`, if anything is. The ray starts on the primitive `from`.
+    /// Takes for each ray what is no mesh of the scene and nearer than `nearest`, if anything is. The rays start on the
+    /// primitives `from`, if these are as many.
     #[inline]
-    pub(crate) fn improve_by_others(
-        &self,
-        ray: &Ray,
-        from: impl FnOnce() -> Hit,
-        nearest: &mut Nearest,
-        stack: &mut Stack,
-    ) {
+    pub(crate) fn improve_by_others(&self, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
         if let Some(tree) = &self.quadrics {
-            tree.improve(&PreparedRay::new(ray, [Hit::NONE; 2]), nearest, stack);
+            tree.improve_all(rays, from, nearest, stack);
         }
         if let Some(instances) = &self.instances {
-            instances.improve(&PreparedRay::new(ray, [from(), Hit::NONE]), nearest, stack);
+            instances.improve_all(rays, from, nearest, stack);
         }
     }
 
@@ -197,6 +185,11 @@ impl Native {
             + self.quadrics.as_ref().map_or(0, Tree::memory_bytes)
             + self.instances.as_ref().map_or(0, Instances::memory_bytes)
     }
+}
+
+/// Nothing is hit yet.
+fn nothing(rays: &[Ray], nearest: &mut [Nearest]) {
+    nearest.iter_mut().zip(rays).for_each(|(nearest, ray)| *nearest = Nearest::none(ray));
 }
 
 fn is_mesh(shape: &Shape) -> bool {

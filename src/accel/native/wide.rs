@@ -9,23 +9,32 @@
 //! norm, wherever the origin is.
 //!
 //! For each axis the test asks for the distances at which the ray enters and leaves a slab [lo, hi], computed as
-//! fl(fl(lo − o⁺)·i) and fl(fl(hi − o⁻)·i), where o^± = fl(o ± p) widens the slab by the padding p and i = fl(1/d') (for
-//! d < 0 the ends change places). Taken times |d|, so measured as a length along the axis, the errors against lo − o are
+//! fl(lo·i − fl(o⁺·i)) and fl(hi·i − fl(o⁻·i)), where o^± = fl(o ± p) widens the slab by the padding p and i = fl(1/d')
+//! (for d < 0 the ends change places). Taken times |d|, so measured as a length along the axis, the errors against lo − o
+//! are
 //! * 6·u·R for the point that lies beside the ray,
 //! * u·(R + p) for the rounding of o^±,
-//! * 3·u·R for the difference, the reciprocal and the product, for |lo − o| ≤ R,
+//! * u·(R + p) for that of its product,
+//! * 2·u·R for the reciprocal and the difference, for |lo − o| ≤ R,
+//! * u·R for the product lo·i, where it is rounded by itself,
 //! * u·R for the rounding of the best distance so far to f32, for t·|d| ≤ R,
 //! * 2·u·R in a tree of a group, whose rays are rounded to f32 for the boxes, origin and direction (there, a hit lies on
 //!   the ray to the rounding of f64, so that 6·u·R is not needed),
 //! * 2⁻⁴⁰·R where a component of d is so small that d' is not d (below).
 //!
-//! Their sum is below 12·u·R, so p = 16·u·R ([`PADDING_ROUNDINGS`]) makes every computed entry at most, and every computed
+//! Their sum is below 15·u·R, so p = 16·u·R ([`PADDING_ROUNDINGS`]) makes every computed entry at most, and every computed
 //! exit at least, the f32 distance of each hit in the box, on every axis by itself. (Ize 2013, *Robust BVH Ray
 //! Traversal*, scales the exit instead, by 1 + 2γ₃; that needs no p for exact points, but our points are not.)
 //!
+//! Of a triangle that stands in several leaves, each with a box around a part of it ([`super::spatial`]), P is in one of
+//! the boxes, and there the whole triangle is tested.
+//!
 //! *Zero components.* d' is d, but not smaller in size than 2⁻⁴⁰ of the largest component. At any distance that counts,
-//! t·|d' − d| ≤ 2⁻⁴⁰·R. So i is finite, and as no box is NaN, nothing becomes NaN: the differences are finite but for the
-//! unused lanes, whose box is (∞, −∞) and whose entry is ∞.
+//! t·|d' − d| ≤ 2⁻⁴⁰·R. So i is finite.
+//!
+//! *Range.* Where R·i is not between 2⁻¹⁰⁰ and 2¹⁰⁰ ([`TAME`]), a product might overflow, or lose its precision; such an
+//! axis is not asked: its i is tiny, and what is added −MAX for the entry and MAX for the exit. As no box is NaN, nothing
+//! becomes NaN, and the unused lanes, whose box is (∞, −∞), have ∞ as entry and −∞ as exit.
 //!
 //! # Depth
 //!
@@ -33,13 +42,13 @@
 //! the binary tree that it comes from. Where the leaves hold trees themselves ([`super::instance`]), one of these stands
 //! above the other on the stack: it has [`STACK_SIZE`] entries.
 
-use super::block::{Block, BlockRay};
+use super::Nearest;
+use super::block::{Block, BlockRay, SceneRay};
 use super::build::{self, BinaryNode, Item, Kind, MAX_DEPTH};
 use super::collapse::Plans;
-use super::{Nearest, PreparedRay};
 use crate::accel::Hit;
 use crate::math::bounds::Bounds;
-use crate::math::float::{UNIT_ROUNDOFF, max, min};
+use crate::math::float::{UNIT_ROUNDOFF, max};
 use crate::math::ray::Ray;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
@@ -50,6 +59,9 @@ pub(super) const WIDTH: usize = 8;
 
 /// Padding of the slabs, in unit roundoffs of |o| + S: derived above.
 const PADDING_ROUNDINGS: f32 = 16.0;
+
+/// Between its inverse and this, the largest distance of an axis is computed without loss: derived above.
+const TAME: f32 = (1u128 << 100) as f32;
 
 /// The least size of a component of d', as a fraction of the largest.
 const LEAST_COMPONENT: f32 = 1.0 / (1u64 << 40) as f32;
@@ -70,75 +82,101 @@ const LANE_BITS: u32 = WIDTH as u32 - 1;
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Node {
-    /// `[lower, upper][axis][lane]`; (∞, −∞) where there is no child.
-    bounds: [[[f32; WIDTH]; 3]; 2],
+    /// The lower bounds of all lanes along x, y and z, and from [`UPPER`] the upper ones; (∞, −∞) where there is no child.
+    bounds: [f32; 2 * UPPER],
     /// Index of a node, or of a block with [`BLOCK`] set.
     children: [u32; WIDTH],
 }
 
+/// Where the upper bounds of a node begin.
+const UPPER: usize = 3 * WIDTH;
+
 impl Node {
-    const EMPTY: Self =
-        Self { bounds: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]], children: [0; WIDTH] };
+    const EMPTY: Self = {
+        let mut bounds = [f32::INFINITY; 2 * UPPER];
+        let mut upper = UPPER;
+        while upper < bounds.len() {
+            bounds[upper] = f32::NEG_INFINITY;
+            upper += 1;
+        }
+        Self { bounds, children: [0; WIDTH] }
+    };
 
     fn set(&mut self, lane: usize, bounds: Bounds, child: u32) {
         for (axis, (lower, upper)) in bounds.min.to_array().into_iter().zip(bounds.max.to_array()).enumerate() {
-            self.bounds[0][axis][lane] = lower;
-            self.bounds[1][axis][lane] = upper;
+            self.bounds[axis * WIDTH + lane] = lower;
+            self.bounds[UPPER + axis * WIDTH + lane] = upper;
         }
         self.children[lane] = child;
     }
+
+    /// The planes of all lanes that begin at a place.
+    #[inline(always)]
+    fn planes<S: Simd>(&self, simd: S, start: usize) -> f32x8<S> {
+        f32x8::from_slice(simd, &self.bounds[start..start + WIDTH])
+    }
 }
 
-/// What the slab test reads of a ray.
-#[derive(Clone, Copy, Debug)]
-struct SlabRay {
-    /// 0 where the ray enters by the lower plane, else 1.
+/// What the slab test reads of a ray, in all lanes.
+struct SlabRay<S: Simd> {
+    /// Where a node has the planes by which the ray enters, and those by which it leaves.
     near: [usize; 3],
-    /// The origin moved by the padding, for the plane of entry and that of exit.
-    entry_origin: [f32; 3],
-    exit_origin: [f32; 3],
+    far: [usize; 3],
+    /// −o^±·i, for the plane of entry and that of exit.
+    entry_start: [f32x8<S>; 3],
+    exit_start: [f32x8<S>; 3],
     /// 1/d'.
-    inverse: [f32; 3],
-    tmin: f32,
+    inverse: [f32x8<S>; 3],
+    tmin: f32x8<S>,
 }
 
-impl SlabRay {
+impl<S: Simd> SlabRay<S> {
     /// Prepares `ray` for a tree whose largest coordinate is `reach`.
     #[inline(always)]
-    fn new(ray: &Ray, reach: f32) -> Self {
-        let padding = PADDING_ROUNDINGS * UNIT_ROUNDOFF * (ray.o.abs().max_element() + reach);
+    fn new(simd: S, ray: &Ray, reach: f32) -> Self {
+        let reach = ray.o.abs().max_element() + reach;
+        let padding = PADDING_ROUNDINGS * UNIT_ROUNDOFF * reach;
         let least = ray.d.abs().max_element() * LEAST_COMPONENT;
+        let zero = f32x8::splat(simd, 0.0);
         let mut slab = Self {
             near: [0; 3],
-            entry_origin: [0.0; 3],
-            exit_origin: [0.0; 3],
-            inverse: [0.0; 3],
+            far: [0; 3],
+            entry_start: [zero; 3],
+            exit_start: [zero; 3],
+            inverse: [zero; 3],
             // A negative start (or −0) would not sort by its bits.
-            tmin: max(ray.tmin, 0.0),
+            tmin: f32x8::splat(simd, max(ray.tmin, 0.0)),
         };
         for axis in 0..3 {
-            let d = ray.d[axis];
-            let inverse = min(1.0 / max(d.abs(), least), f32::MAX).copysign(d);
+            let (o, d) = (ray.o[axis], ray.d[axis]);
+            let size = 1.0 / max(d.abs(), least);
             let forward = d.is_sign_positive();
             let widening = if forward { padding } else { -padding };
-            slab.near[axis] = usize::from(!forward);
-            slab.entry_origin[axis] = ray.o[axis] + widening;
-            slab.exit_origin[axis] = ray.o[axis] - widening;
-            slab.inverse[axis] = inverse;
+            let farthest = reach * size;
+            let (entry, exit, inverse) = if farthest > 1.0 / TAME && farthest < TAME {
+                let inverse = size.copysign(d);
+                (-((o + widening) * inverse), -((o - widening) * inverse), inverse)
+            } else {
+                (-f32::MAX, f32::MAX, f32::MIN_POSITIVE.copysign(d))
+            };
+            let (lower, upper) = (axis * WIDTH, UPPER + axis * WIDTH);
+            (slab.near[axis], slab.far[axis]) = if forward { (lower, upper) } else { (upper, lower) };
+            slab.entry_start[axis] = f32x8::splat(simd, entry);
+            slab.exit_start[axis] = f32x8::splat(simd, exit);
+            slab.inverse[axis] = f32x8::splat(simd, inverse);
         }
         slab
     }
 
     /// The children that the ray meets before `tmax`, one bit a lane, and the distances of entry of all.
     #[inline(always)]
-    fn meets<S: Simd>(&self, simd: S, node: &Node, tmax: f32) -> (u32, [f32; WIDTH]) {
-        let mut entry = f32x8::splat(simd, self.tmin);
+    fn meets(&self, simd: S, node: &Node, tmax: f32) -> (u32, [f32; WIDTH]) {
+        let mut entry = self.tmin;
         let mut exit = f32x8::splat(simd, tmax);
         for axis in 0..3 {
-            let near = f32x8::from_slice(simd, &node.bounds[self.near[axis]][axis]);
-            let far = f32x8::from_slice(simd, &node.bounds[1 - self.near[axis]][axis]);
-            entry = entry.max((near - self.entry_origin[axis]) * self.inverse[axis]);
-            exit = exit.min((far - self.exit_origin[axis]) * self.inverse[axis]);
+            let (near, far) = (node.planes(simd, self.near[axis]), node.planes(simd, self.far[axis]));
+            entry = entry.max(near.mul_add(self.inverse[axis], self.entry_start[axis]));
+            exit = exit.min(far.mul_add(self.inverse[axis], self.exit_start[axis]));
         }
         let mut distances = [0.0; WIDTH];
         entry.store_slice(&mut distances);
@@ -193,7 +231,8 @@ impl<B: Block> Tree<B> {
         if items.is_empty() {
             return None;
         }
-        let binary = build::build(&mut items);
+        let corners = B::corners(source);
+        let binary = build::build(&mut items, B::SIZE, corners.as_deref());
         let mut layout = Layout { binary: &binary, plans: Plans::new(&binary), nodes: Vec::new(), leaves: Vec::new() };
         let root = layout.add(0);
         let Layout { mut nodes, leaves, .. } = layout;
@@ -215,7 +254,7 @@ impl<B: Block> Tree<B> {
 
     #[inline(always)]
     fn closest<S: Simd>(&self, simd: S, ray: &B::Ray, nearest: &mut Nearest, stack: &mut Stack) {
-        let slab = SlabRay::new(ray.line(), self.reach);
+        let slab = SlabRay::new(simd, ray.line(), self.reach);
         let base = stack.len;
         stack.push(0.0, self.root);
         while let Some((entry, mut child)) = stack.pop(base) {
@@ -243,7 +282,7 @@ impl<B: Block> Tree<B> {
     /// Whether anything is hit.
     #[inline(always)]
     fn any<S: Simd>(&self, simd: S, ray: &B::Ray, stack: &mut Stack) -> bool {
-        let slab = SlabRay::new(ray.line(), self.reach);
+        let slab = SlabRay::new(simd, ray.line(), self.reach);
         let base = stack.len;
         stack.push(0.0, self.root);
         while let Some((_, mut child)) = stack.pop(base) {
@@ -263,18 +302,17 @@ impl<B: Block> Tree<B> {
     }
 }
 
-impl<B: Block<Ray = PreparedRay>> Tree<B> {
-    /// The nearest hit of each ray.
-    pub(super) fn closest_hits(&self, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
+impl<B: Block<Ray: SceneRay>> Tree<B> {
+    /// Offers to `nearest` the hits of each ray that can be the nearest.
+    pub(super) fn improve_all(&self, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
         dispatch!(self.level, simd => self.closest_all(simd, rays, from, nearest, stack));
     }
 
     #[inline(always)]
     fn closest_all<S: Simd>(&self, simd: S, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
         for (i, (ray, nearest)) in rays.iter().zip(nearest).enumerate() {
-            *nearest = Nearest::none(ray);
             let from = from.get(i).copied().unwrap_or(Hit::NONE);
-            self.closest(simd, &PreparedRay::new(ray, [from, Hit::NONE]), nearest, stack);
+            self.closest(simd, &B::Ray::new(ray, [from, Hit::NONE]), nearest, stack);
         }
     }
 
@@ -288,7 +326,7 @@ impl<B: Block<Ray = PreparedRay>> Tree<B> {
         let mut stack = Stack::new();
         for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
             let ends = ends.get(i).copied().unwrap_or([Hit::NONE; 2]);
-            *occluded = *occluded || self.any(simd, &PreparedRay::new(ray, ends), &mut stack);
+            *occluded = *occluded || self.any(simd, &B::Ray::new(ray, ends), &mut stack);
         }
     }
 }
@@ -314,11 +352,20 @@ fn descend(node: &Node, (met, entry): (u32, [f32; WIDTH]), stack: &mut Stack) ->
 }
 
 /// [`descend`] for three children and more.
-#[inline]
+#[inline(always)]
 fn descend_sorted(node: &Node, mut met: u32, entry: &[f32; WIDTH], stack: &mut Stack) -> u32 {
     // The bits of a distance that is not negative sort like the distance; the lane takes the lowest.
-    let mut sorted = [0; WIDTH];
-    let mut count = 0;
+    let mut next = || {
+        let lane = met.trailing_zeros();
+        met &= met.wrapping_sub(1);
+        (entry[(lane & LANE_BITS) as usize].to_bits() & !LANE_BITS) | lane
+    };
+    let [mut a, mut b, mut c] = [next(), next(), next()];
+    sort(&mut a, &mut b);
+    sort(&mut b, &mut c);
+    sort(&mut a, &mut b);
+    let mut sorted = [a, b, c, 0, 0, 0, 0, 0];
+    let mut count = 3;
     while met != 0 {
         let lane = met.trailing_zeros();
         met &= met - 1;
@@ -335,6 +382,12 @@ fn descend_sorted(node: &Node, mut met: u32, entry: &[f32; WIDTH], stack: &mut S
         stack.push(f32::from_bits(key & !LANE_BITS), node.children[(key & LANE_BITS) as usize]);
     }
     node.children[(sorted[count - 1] & LANE_BITS) as usize]
+}
+
+/// Puts the larger one first, without a branch.
+#[inline(always)]
+fn sort(a: &mut u32, b: &mut u32) {
+    (*a, *b) = ((*a).max(*b), (*a).min(*b));
 }
 
 /// Lays the nodes out depth first.
