@@ -42,10 +42,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     if let Some(id) = args.replay {
         return replay::run(&prepared.scene, &settings, id).map(|()| ExitCode::SUCCESS);
     }
-    if prepared.scene.features.lights_without_size() > 0 && !settings.integrator.estimator.samples_lights() {
-        let name = integrator.text();
-        say(format_args!("warning: lights without size stay dark: '{name}' only counts light that a path runs into"));
-    }
+    tell(args, &prepared, &settings, integrator, &say);
     let format = pixel_format(args, &prepared);
     let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
     beside.tell(integrator != IntegratorName::Direct, settings.samples);
@@ -54,10 +51,6 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
         say(format_args!(
             "warning: the channels beside the picture are not written: only a file named .exr can hold them"
         ));
-    }
-    if args.verbose {
-        let (load, build) = (prepared.load.as_secs_f64(), prepared.build.as_secs_f64());
-        say(format_args!("loaded in {load:.3} s, {} built in {build:.3} s", prepared.scene.accel.name()));
     }
     let display = Display::start(&progress, total_samples(&prepared.scene, &settings), args.quiet);
     let rendered = render_with(&prepared.scene, &settings, &beside.aovs, &pool, &progress);
@@ -89,6 +82,26 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
         return Err(last);
     }
     Ok(if rendered.complete { ExitCode::SUCCESS } else { ExitCode::from(EXIT_INTERRUPTED) })
+}
+
+/// Says what is to be known before a render.
+fn tell(
+    args: &RenderArgs,
+    prepared: &Prepared,
+    settings: &RenderSettings,
+    integrator: IntegratorName,
+    say: &dyn Fn(std::fmt::Arguments<'_>),
+) {
+    if prepared.scene.features.lights_without_size() > 0 && !settings.integrator.estimator.samples_lights() {
+        let name = integrator.text();
+        say(format_args!("warning: lights without size stay dark: '{name}' only counts light that a path runs into"));
+    }
+    if args.verbose {
+        let (load, build) = (prepared.load.as_secs_f64(), prepared.build.as_secs_f64());
+        let shares = if settings.integrator.reuse { "share" } else { "do not share" };
+        say(format_args!("loaded in {load:.3} s, {} built in {build:.3} s", prepared.scene.accel.name()));
+        say(format_args!("neighbouring pixels {shares} what their paths find"));
+    }
 }
 
 /// Places for what is to be written.

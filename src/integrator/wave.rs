@@ -308,15 +308,27 @@ impl Walker<'_> {
             wave.shadow_ends.push([hit, on]);
             wave.pending.push(Pending { path: id, radiance });
         }
-        // Go on by the bsdf, or end.
-        let uniforms = wave.bsdf_numbers.bsdf(index);
+        self.go_on::<T>(path, &surface, (hit, met), wave.bsdf_numbers.bsdf(index), record);
+    }
+
+    /// Sends a path on from a surface by its bsdf, or ends it. It had `met` something before.
+    #[inline(always)]
+    fn go_on<T: Technique>(
+        &self,
+        path: &mut PathState,
+        surface: &Surface<'_>,
+        (hit, met): (Hit, bool),
+        uniforms: BsdfUniforms,
+        record: &mut impl Record,
+    ) {
+        let wo = surface.frame.to_local(surface.wo);
         let Some(sample) = T::sample_bsdf(&surface.bsdf, wo, uniforms) else {
             return end(path, "the bsdf sample carries no energy", record);
         };
         path.throughput *= sample.weight;
         path.eta_squared *= sample.eta * sample.eta;
         path.segment = match sample.pdf {
-            Some(pdf) => Segment::Smooth { pdf, from: surface.p(), n: receiving_normal(&surface) },
+            Some(pdf) => Segment::Smooth { pdf, from: surface.p(), n: receiving_normal(surface) },
             None => {
                 if sample.wi == -wo {
                     // Straight through: as if there were nothing, as far as alpha goes.
@@ -328,7 +340,7 @@ impl Walker<'_> {
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));
         path.from = hit;
         if self.scene.absorbs() {
-            path.inside = self.inside_towards(path, &surface, hit, &{ path.ray.d });
+            path.inside = self.inside_towards(path, surface, hit, &{ path.ray.d });
         }
         self.roulette(path, &uniforms, record);
     }

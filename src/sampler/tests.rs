@@ -275,7 +275,6 @@ fn the_error_of_smooth_pixels_falls_faster_than_that_of_independent_numbers() {
         ("stratified", |log| SamplerKind::Stratified { samples: 1 << log }, -0.7),
     ] {
         let slope = slope(kind);
-        println!("{name}: slope {slope:.2}");
         assert!(slope < most, "{name}: slope {slope}");
     }
 }
@@ -327,7 +326,6 @@ fn the_noise_of_zsobol_is_blue() {
             low_frequencies(&pixels, SIDE)
         };
         let (white, blue) = (ratio(SamplerKind::Sobol), ratio(SamplerKind::ZSobol { log_samples }));
-        println!("2^{log_samples} samples: sobol {white:.2}, zsobol {blue:.2}");
         assert!((white - 1.0).abs() < 0.3, "{white}");
         // Less than half of what white noise has there; with one sample a pixel a third.
         assert!(blue < 0.45, "2^{log_samples} samples: {blue}");

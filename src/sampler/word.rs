@@ -159,6 +159,6 @@ impl<S: Simd> Word for u32x16<S> {
     }
     #[inline(always)]
     fn where_bit(self, of: Self, bit: u32) -> Self {
-        (of & (1 << bit)).simd_eq(0).select(self ^ self, self)
+        (of & (1 << bit)).simd_eq(0).select(Word::xor(self, self), self)
     }
 }
