@@ -55,9 +55,7 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
             f.area_lights, f.point_lights, f.spot_lights, f.projector_lights, f.directional_lights, f.infinite_lights
         ),
     );
-    if scene.lights.len() > 1 {
-        line("choice", scene.light_sampler.description());
-    }
+    line("choice", scene.light_sampler.description());
     for power in powers(&p) {
         line("power", power);
     }
