@@ -55,9 +55,9 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
             f.area_lights, f.point_lights, f.spot_lights, f.projector_lights, f.directional_lights, f.infinite_lights
         ),
     );
-    let choice = (scene.lights.len() > 1).then(|| ("choice", scene.light_sampler.description()));
-    for (name, text) in choice.into_iter().chain(powers(&p).into_iter().map(|power| ("power", power))) {
-        line(name, text);
+    line("choice", scene.light_sampler.description());
+    for power in powers(&p) {
+        line("power", power);
     }
     for texture in textures(&p.description) {
         line("texture", texture);

@@ -3,11 +3,11 @@
 //! From some distance, points are sampled with a density that is bilinear between the corners, in proportion there to what a
 //! corner sends to the point: cos θ·cos θ'/d² with the angles at either end, the normal there being given. That takes no more
 //! than a few products a corner, knows the receiver's cosine, too (Hart, Pharr, Müller, Lopes, McGuire and Shirley 2020,
-//! *Practical Product Sampling by Fitting and Composing Warps*, warp the solid angle in this way), and far away becomes
-//! uniform by itself. Near a rectangle, where the corners say nothing of its middle, it is sampled uniformly by the solid angle
+//! *Practical Product Sampling by Fitting and Composing Warps*, warp the solid angle in this way). Far away it would be nearly
+//! uniform, and points are. Near a rectangle, where the corners say nothing of its middle, it is sampled uniformly by the solid angle
 //! in which it is seen: Ureña, Fajardo and King 2013, *An Area-Preserving Parametrization for Spherical Rectangles*.
 //!
-//! Which of the two depends on the point alone, and so do the corners' weights; so the density of a point that was found by
+//! Which of the three depends on the point alone, and so do the corners' weights; so the density of a point that was found by
 //! other means is that of sampling it.
 
 use crate::math::float::max;
@@ -21,6 +21,10 @@ use std::f64::consts::TAU;
 /// A rectangle nearer than this part of its diagonal is sampled by solid angle. At that distance, in front of the middle,
 /// either has a standard deviation of about a tenth of the mean; at half of it bilinear sampling has twice that of the other.
 const NEAR: f64 = 0.5;
+
+/// A parallelogram farther than so many times its diagonal is sampled uniformly: what arrives from its corners differs by about
+/// a tenth then, which is less than the noise of anything that is half hidden.
+const FAR: f64 = 3.0;
 
 /// Least solid angle, in sr, that is the difference of angles with digits enough: f64 leaves nine.
 const LEAST_SOLID_ANGLE: f64 = 1e-6;
@@ -51,6 +55,9 @@ pub(super) struct Quad {
     uniform: f32,
     /// Square of the distance below which it is sampled by solid angle; negative where it never is.
     near_squared: f64,
+    /// Square of the distance of its centre from which on it is sampled uniformly.
+    far_squared: f64,
+    centre: DVec3,
 }
 
 /// What a point sees of a rectangle near it.
@@ -70,7 +77,8 @@ struct Seen {
 enum Way {
     Near(Seen),
     /// Weights of the corners.
-    Far([f32; 4]),
+    Between([f32; 4]),
+    Uniform,
 }
 
 impl Quad {
@@ -105,6 +113,8 @@ impl Quad {
             zs: along(2),
             turns: [i, j],
             uniform: (1.0 / area) as f32,
+            far_squared: FAR * FAR * diagonal_squared,
+            centre: v0 + 0.5 * (e1 + e2),
             near_squared: if is_rectangle { NEAR * NEAR * diagonal_squared } else { -1.0 },
         })
     }
@@ -117,7 +127,8 @@ impl Quad {
             Way::Near(seen) => {
                 (self.near_point(&seen, u), QuadPdf::SolidAngle(SolidAnglePdf((1.0 / seen.angle) as f32)))
             }
-            Way::Far(w) => {
+            Way::Uniform => (u.as_dvec2(), QuadPdf::Area(AreaPdf(self.uniform))),
+            Way::Between(w) => {
                 let [w0, w1, w2, w3] = w.map(f64::from);
                 let t = unit_to_linear(u.y, w0 + w1, w3 + w2);
                 let y = f64::from(t);
@@ -142,7 +153,8 @@ impl Quad {
     pub(super) fn pdf(&self, p: DVec3, n: Vec3, end: DVec3) -> QuadPdf {
         match self.way(p, n) {
             Way::Near(seen) => QuadPdf::SolidAngle(SolidAnglePdf((1.0 / seen.angle) as f32)),
-            Way::Far(w) => {
+            Way::Uniform => QuadPdf::Area(AreaPdf(self.uniform)),
+            Way::Between(w) => {
                 let q = end - self.v0;
                 let st = DVec2::from_array(self.duals.map(|dual| q.dot(dual).clamp(0.0, 1.0)));
                 QuadPdf::Area(self.bilinear_pdf(&w, st))
@@ -153,6 +165,9 @@ impl Quad {
     /// Decided by `p`; `n` makes no difference to which of both it is.
     #[inline(always)]
     fn way(&self, p: DVec3, n: Vec3) -> Way {
+        if (self.centre - p).length_squared() >= self.far_squared {
+            return Way::Uniform;
+        }
         let corner = self.v0 - p;
         // Farther from every corner than a diagonal and a half is farther than a half from everything.
         if corner.length_squared() < self.near_squared * 9.0
@@ -165,7 +180,7 @@ impl Quad {
         let squared = x * x + y * y + z * z;
         let nearest = squared.min_element();
         if !(nearest > 0.0) {
-            return Way::Far([1.0; 4]);
+            return Way::Uniform;
         }
         // Of cos θ = h/d the height h is that of the plane, the same for all corners.
         let ratio = nearest / squared;
@@ -175,7 +190,11 @@ impl Quad {
             (x * n.x + y * n.y + z * n.z).max(Vec4::ZERO) * ratio * ratio
         };
         let largest = weights.max_element();
-        Way::Far(if largest > 0.0 { weights.max(Vec4::splat(LEAST_WEIGHT * largest)).to_array() } else { [1.0; 4] })
+        match largest > 0.0 {
+            true => Way::Between(weights.max(Vec4::splat(LEAST_WEIGHT * largest)).to_array()),
+            // All of it is behind the receiver.
+            false => Way::Uniform,
+        }
     }
 
     /// Density per area at v₀ + s·e₁ + t·e₂.
