@@ -2,7 +2,7 @@
 //!
 //! Where most noise is that of direct light, or of surfaces that nobody can share, sharing costs more than it gains. So blocks
 //! of pixels over the whole film are sampled with it and without, by the same numbers: the variance of a pixel's samples,
-//! relative to the square of its mean, times the rays that were traced, is what is compared. (A vote of the blocks' medians
+//! relative to the square of the block's mean, times the rays that were traced, is what is compared. (A vote of the blocks' medians
 //! fails where noise is rare and strong, as most blocks have not seen it yet; a path that carries much has the same share in
 //! both sums.) The numbers are the trial's own, always the same, so that the answer depends on the scene and on the limits of
 //! paths alone: not on seed, crop or number of samples, and not on the machine.
@@ -28,16 +28,23 @@ const SAMPLES: u32 = 8;
 /// Seed of the trial's numbers.
 const SEED: u64 = 0x7472_6961_6c73;
 
-/// What is added to squares of means, relative to that of the block: black pixels have no relative error.
+/// What is added to squares of means, relative to that of all blocks: black pixels have no relative error.
 const DARKEST: f64 = 0.01;
 
 /// What must be gained in efficiency by rays: the rays of sharing are not all that it costs.
 const LEAST_GAIN: f64 = 1.15;
 
+/// x².
+fn sqr(x: f64) -> f64 {
+    x * x
+}
+
 /// What the samples of a block were like.
 struct Noise {
-    /// Relative variances of the pixels' samples, added up.
-    error: f64,
+    /// Mean luminance.
+    mean: f64,
+    /// Mean variance of a pixel's samples.
+    variance: f64,
     /// Rays traced.
     rays: f64,
 }
@@ -53,11 +60,17 @@ impl Integrator {
             .map(|(x, y)| Area { x: x.cast_signed(), y: y.cast_signed(), width: BLOCK, height: BLOCK })
             .map(|block| block.intersection(whole))
             .collect();
-        let of_block = |&block: &Area| [false, true].map(|reuse| Self { reuse, ..*self }.noise(scene, block));
+        // Edges of what shines itself are noise that numbers which are spread evenly lose soon.
+        let blind = |reuse| Self { reuse, hide_emitters: true, hide_environment: true, ..*self };
+        let of_block = |&block: &Area| [false, true].map(|reuse| blind(reuse).noise(scene, block));
         let noise: Vec<[Noise; 2]> = blocks.par_iter().map(of_block).collect();
+        // Relative to the same for both: a mean of few samples grows with the rare strong one, and would hide it.
+        let means: Vec<f64> = noise.iter().map(|[alone, shared]| (alone.mean + shared.mean) / 2.0).collect();
+        let darkest = DARKEST * sqr(means.iter().sum::<f64>() / means.len() as f64);
         let [alone, shared] = [0, 1].map(|way| {
-            let sum = |part: fn(&Noise) -> f64| noise.iter().map(|both| part(&both[way])).sum::<f64>();
-            sum(|noise| noise.error) * sum(|noise| noise.rays)
+            let relative = noise.iter().zip(&means).map(|(both, mean)| both[way].variance / (sqr(*mean) + darkest));
+            let error: f64 = relative.filter(|error| error.is_finite()).sum();
+            error * noise.iter().map(|both| both[way].rays).sum::<f64>()
         });
         alone > LEAST_GAIN * shared
     }
@@ -73,14 +86,9 @@ impl Integrator {
             sum[0] += value;
             sum[1] += value * value;
         });
-        let n = f64::from(SAMPLES);
-        let mean = sums.values().map(|[sum, _]| sum / n).sum::<f64>() / sums.len() as f64;
-        let relative = |[sum, squares]: &[f64; 2]| {
-            let square = (sum / n) * (sum / n);
-            let variance = (squares / n - square).max(0.0);
-            variance / (square + DARKEST * mean * mean)
-        };
-        let error = sums.values().map(relative).filter(|error| error.is_finite()).sum();
-        Noise { error, rays: counts.total() as f64 }
+        let (n, pixels) = (f64::from(SAMPLES), sums.len() as f64);
+        let mean = sums.values().map(|[sum, _]| sum / n).sum::<f64>() / pixels;
+        let variance = sums.values().map(|[sum, squares]| (squares / n - sqr(sum / n)).max(0.0)).sum::<f64>() / pixels;
+        Noise { mean, variance, rays: counts.total() as f64 }
     }
 }
