@@ -91,6 +91,15 @@ fn info_and_replay_print_and_write_nothing() {
     }
     assert!(desk.files().is_empty());
     fs::write(desk.path("sky.xml"), scene_text(r#"<emitter type="constant"/>"#)).unwrap();
+    let replay = desk.snell(&["render", SCENE, "-Dres=16", "--replay", "8,8,3", "--reuse=on"]);
+    assert!(String::from_utf8_lossy(&replay.stdout).contains("\nshared with neighbours\nradiance ("));
+    for (reuse, what) in [("on", "share"), ("off", "keep")] {
+        let told =
+            desk.succeeds(&["render", SCENE, "-Dres=8", "--spp=1", "-v", "--reuse", reuse, "-o", "r.exr"]).stderr;
+        fs::remove_file(desk.path("r.exr")).unwrap();
+        let expected = format!("neighbouring pixels {what} what their paths find\n");
+        assert!(String::from_utf8_lossy(&told).contains(&expected), "{told:?}");
+    }
     let replay = desk.snell(&["render", "sky.xml", "--replay", "1,2,0"]);
     let text = String::from_utf8_lossy(&replay.stdout).into_owned();
     assert!(text.contains(") nothing is met") && text.contains("  light found: (1, 1, 1) with weight 1\n"), "{text}");
@@ -219,7 +228,9 @@ fn a_film_larger_than_memory_is_refused() {
 #[test]
 fn accelerators_are_compared_in_numbers() {
     let desk = Desk::new();
-    let output = desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=2", "--accel=both", "--stats=s.json"]);
+    // A trial of sharing would trace rays of its own, which are compared, too.
+    let output =
+        desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=2", "--accel=both", "--reuse=off", "--stats=s.json"]);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("s.json")).unwrap()).unwrap();
     let compared = &stats["accelerator_comparison"];
@@ -304,7 +315,11 @@ fn bad_arguments_are_refused() {
     for count in ["48", "8388608"] {
         desk.refuses(
             &["render", SCENE, "--sampler=zsobol", "--spp", count],
-            &["--sampler zsobol needs a power of two up to 4194304 for the number of samples, which is", count],
+            &[
+                "--sampler zsobol needs a power of two up to 4194304 for the number of samples, which is",
+                count,
+                ": expected another --spp, or --sampler sobol",
+            ],
         );
     }
     desk.refuses(&["render", SCENE, "--aov=depth,uv,depth"], &["two channels of the picture would be called 'Z'"]);

@@ -98,7 +98,7 @@ fn tell(
     }
     if args.verbose {
         let (load, build) = (prepared.load.as_secs_f64(), prepared.build.as_secs_f64());
-        let shares = if settings.integrator.reuse { "share" } else { "do not share" };
+        let shares = if settings.integrator.reuse { "share" } else { "keep" };
         say(format_args!("loaded in {load:.3} s, {} built in {build:.3} s", prepared.scene.accel.name()));
         say(format_args!("neighbouring pixels {shares} what their paths find"));
     }

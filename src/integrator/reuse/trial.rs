@@ -25,6 +25,9 @@ const BLOCKS: u32 = 5;
 /// Samples of each pixel.
 const SAMPLES: u32 = 8;
 
+/// Most segments of a path: a trial cannot be interrupted, and without roulette there are paths that never end.
+const DEEPEST: u32 = 32;
+
 /// Seed of the trial's numbers.
 const SEED: u64 = 0x7472_6961_6c73;
 
@@ -61,7 +64,8 @@ impl Integrator {
             .map(|block| block.intersection(whole))
             .collect();
         // Edges of what shines itself are noise that numbers which are spread evenly lose soon.
-        let blind = |reuse| Self { reuse, hide_emitters: true, hide_environment: true, ..*self };
+        let max_depth = self.max_depth.min(DEEPEST);
+        let blind = |reuse| Self { reuse, max_depth, hide_emitters: true, hide_environment: true, ..*self };
         let of_block = |&block: &Area| [false, true].map(|reuse| blind(reuse).noise(scene, block));
         let noise: Vec<[Noise; 2]> = blocks.par_iter().map(of_block).collect();
         // Relative to the same for both: a mean of few samples grows with the rare strong one, and would hide it.
