@@ -35,7 +35,7 @@ pub(super) fn write(to: &mut impl Write, layers: &Layers<'_>, exposure: f32) -> 
     Ok(())
 }
 
-/// A picture in colour as the bytes of a file: see [`write`].
+/// A picture in colour as the bytes of a file: see [`write()`].
 pub fn to_png(picture: &Picture, exposure: f32) -> Vec<u8> {
     let mut bytes = Vec::new();
     // Writing to memory cannot fail, and every picture of at least one pixel can be encoded.
