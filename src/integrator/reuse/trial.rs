@@ -7,6 +7,7 @@
 //! both sums.) The numbers are the trial's own, always the same, so that the answer depends on the scene and on the limits of
 //! paths alone: not on seed, crop or number of samples, and not on the machine.
 
+use super::group;
 use crate::film::SampleId;
 use crate::image::{Area, Crop};
 use crate::integrator::{Integrator, RayCounts};
@@ -16,8 +17,8 @@ use crate::spectrum::Rgb;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Pixels of a block along an edge: a whole block of groups.
-const BLOCK: u32 = 8;
+/// Pixels of a block along an edge: groups are whole.
+const BLOCK: u32 = group::BLOCK.cast_unsigned();
 
 /// Blocks across and down: some 13,000 paths, both ways.
 const BLOCKS: u32 = 5;
