@@ -4,7 +4,7 @@ use crate::accel::Accelerator;
 use crate::error::Error;
 use crate::film::SampleId;
 use crate::image::Crop;
-use crate::integrator::Estimator;
+use crate::integrator::{Estimator, MOST_CANDIDATES};
 use crate::sampler::{MOST_LOG_SAMPLES, SamplerKind};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -87,7 +87,7 @@ pub(super) struct Vary {
 }
 
 /// Options that `bench` can vary: those that leave what the picture converges to as it is.
-const VARIED: [&str; 5] = ["accel", "sampler", "integrator", "reuse", "rr-depth"];
+const VARIED: [&str; 6] = ["accel", "sampler", "integrator", "reuse", "light-samples", "rr-depth"];
 
 /// What to compare, and how well it must agree.
 #[derive(Debug, Args)]
@@ -217,6 +217,9 @@ pub(super) struct RenderArgs {
     /// alike in neighbours. 'auto' tries whether it pays.
     #[arg(long, value_enum, value_name = "WHEN", default_value_t = ReuseName::Auto)]
     pub(super) reuse: ReuseName,
+    /// Light samples at the first hit, half of which take a ray: a power of two up to 16. 'auto' tries whether more than one pay.
+    #[arg(long, value_name = "N", default_value = "auto", value_parser = light_samples)]
+    pub(super) light_samples: LightSamples,
     /// Seed of the random numbers, in place of the file's.
     #[arg(long, value_name = "N")]
     pub(super) seed: Option<u64>,
@@ -252,6 +255,20 @@ pub(super) enum ReuseName {
     Auto,
     On,
     Off,
+}
+
+/// Light samples at the first hit; `None` where a trial decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct LightSamples(pub(super) Option<u32>);
+
+fn light_samples(text: &str) -> Result<LightSamples, String> {
+    if text == "auto" {
+        return Ok(LightSamples(None));
+    }
+    match text.parse::<u32>() {
+        Ok(n) if n.is_power_of_two() && n <= MOST_CANDIDATES => Ok(LightSamples(Some(n))),
+        _ => Err(format!("expected 'auto' or a power of two up to {MOST_CANDIDATES}")),
+    }
 }
 
 /// What can be written beside the picture.

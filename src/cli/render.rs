@@ -9,7 +9,7 @@ use super::{EXIT_INTERRUPTED, interrupt, replay};
 use crate::description::IntegratorKind;
 use crate::error::{Error, Result};
 use crate::image::{ComponentFormat, Format, Layers, Metadata, OutputFile, PixelFormat, Reserved, WriteOptions};
-use crate::integrator::Integrator;
+use crate::integrator::{Integrator, Undecided};
 use crate::render::{Progress, RenderSettings, Rendered, render_with, total_samples};
 use crate::sampler::Sampler;
 use rayon::ThreadPool;
@@ -59,6 +59,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
         integrator: integrator.text(),
         sampler: args.sampler.text(),
         path_reuse: settings.integrator.reuse,
+        light_samples: settings.integrator.light_samples,
         threads: pool.current_num_threads(),
     };
     report(command, &prepared, &rendered, &say);
@@ -100,7 +101,11 @@ fn tell(
         let (load, build) = (prepared.load.as_secs_f64(), prepared.build.as_secs_f64());
         let shares = if settings.integrator.reuse { "share" } else { "keep" };
         say(format_args!("loaded in {load:.3} s, {} built in {build:.3} s", prepared.scene.accel.name()));
-        say(format_args!("neighbouring pixels {shares} what their paths find"));
+        let samples = settings.integrator.light_samples;
+        let plural = if samples == 1 { "" } else { "s" };
+        say(format_args!(
+            "neighbouring pixels {shares} what their paths find; {samples} light sample{plural} at the first hit"
+        ));
     }
 }
 
@@ -168,15 +173,14 @@ pub(super) fn settings(
         rr_depth: args.rr_depth.unwrap_or(file.rr_depth),
         hide_emitters: file.hide_emitters,
         hide_environment: !args.env_visible,
+        light_samples: args.light_samples.0.unwrap_or(1),
         reuse: args.reuse == ReuseName::On,
     };
+    let undecided = Undecided { reuse: args.reuse == ReuseName::Auto, light_samples: args.light_samples.0.is_none() };
     let settings = RenderSettings {
         samples,
         sampler: Sampler { kind, seed: args.seed.unwrap_or(u64::from(sampler.seed)) },
-        integrator: match args.reuse {
-            ReuseName::Auto => pool.install(|| integrator.with_reuse_where_it_pays(&prepared.scene)),
-            ReuseName::On | ReuseName::Off => integrator,
-        },
+        integrator: pool.install(|| integrator.with_what_pays(&prepared.scene, undecided)),
     };
     Ok((settings, name))
 }

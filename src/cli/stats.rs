@@ -16,6 +16,8 @@ pub(super) struct Stats<'a> {
     sampler: &'a str,
     /// Whether neighbouring pixels shared what their paths found.
     path_reuse: bool,
+    /// Light samples at the first hit.
+    light_samples: u32,
     threads: usize,
     load_seconds: f64,
     build_seconds: f64,
@@ -106,6 +108,7 @@ pub(super) struct Names<'a> {
     pub(super) integrator: &'a str,
     pub(super) sampler: &'a str,
     pub(super) path_reuse: bool,
+    pub(super) light_samples: u32,
     pub(super) threads: usize,
 }
 
@@ -119,6 +122,7 @@ impl<'a> Stats<'a> {
             integrator: names.integrator,
             sampler: names.sampler,
             path_reuse: names.path_reuse,
+            light_samples: names.light_samples,
             threads: names.threads,
             load_seconds: prepared.load.as_secs_f64(),
             build_seconds: prepared.build.as_secs_f64(),

@@ -16,6 +16,7 @@
 mod absorption;
 pub mod aov;
 mod bsdf;
+mod direct;
 mod naive;
 mod nee;
 mod path;
@@ -23,9 +24,12 @@ mod path_state;
 pub mod record;
 mod reuse;
 mod technique;
+mod trial;
 mod wave;
 
+pub use direct::MOST_CANDIDATES;
 pub use technique::Technique;
+pub use trial::Undecided;
 pub use wave::RayCounts;
 
 use crate::film::{SampleId, Tile, tile_around};
@@ -75,6 +79,9 @@ pub struct Integrator {
     pub hide_emitters: bool,
     /// Light from infinitely far away is invisible to camera rays, but lights everything.
     pub hide_environment: bool,
+    /// How many light samples the first vertex takes, a power of two up to [`MOST_CANDIDATES`]: see [`direct`]. Only
+    /// [`Estimator::Path`] takes more than one.
+    pub light_samples: u32,
     /// Neighbouring pixels share what their paths find, where that is possible: see [`reuse`].
     pub reuse: bool,
 }
@@ -122,13 +129,6 @@ impl Integrator {
         self.walk(scene, sampler, ids, record, &mut RayCounts::default(), &mut |_: SampleId, _: Rgb| {});
     }
 
-    /// The same with [`Self::reuse`] as it serves `scene` best; asked on the threads of the current pool.
-    #[must_use]
-    pub fn with_reuse_where_it_pays(self, scene: &Scene) -> Self {
-        let possible = Self { reuse: true, ..self };
-        Self { reuse: possible.shares(scene) && possible.sharing_pays(scene), ..self }
-    }
-
     /// Whether paths share what they find: only where there is something to share, and nothing on the way absorbs.
     fn shares(&self, scene: &Scene) -> bool {
         self.reuse && self.estimator == Estimator::Path && self.max_depth > 2 && self.rr_depth > 1 && !scene.absorbs()
@@ -174,7 +174,9 @@ impl Integrator {
         counts: &mut RayCounts,
         sink: &mut impl Sink,
     ) {
-        let walker = wave::Walker { scene, sampler, limits: self, level: fearless_simd::Level::new() };
+        let count = if self.estimator == Estimator::Path { self.light_samples } else { 1 };
+        let candidates = direct::Candidates::new(count, sampler.kind);
+        let walker = wave::Walker { scene, sampler, limits: self, candidates, level: fearless_simd::Level::new() };
         match self.estimator {
             Estimator::Path => walker.run::<path::Path, _>(ids, record, counts, sink),
             Estimator::Nee => walker.run::<nee::Nee, _>(ids, record, counts, sink),

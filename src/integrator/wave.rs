@@ -11,6 +11,7 @@
 
 use super::Integrator;
 use super::aov::Sink;
+use super::direct::{Candidates, Shadows, receiving_normal};
 use super::path_state::{NOTHING_INSIDE, PathState, Segment};
 use super::record::{Event, Record};
 use super::reuse::{Group, Reuse};
@@ -19,11 +20,10 @@ use crate::accel::{Hit, Start};
 use crate::camera::Camera;
 use crate::film::SampleId;
 use crate::light::{Light, Receiver, VaryingLight};
-use crate::material::{Layer, Scatter};
+use crate::material::Layer;
 use crate::math::float::{UNIT_ROUNDOFF, min};
-use crate::math::frame::Frame;
 use crate::math::ray::Ray;
-use crate::sampler::{Batch, BsdfUniforms, LightUniforms, Sampler};
+use crate::sampler::{Batch, BsdfUniforms, Sampler};
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::scene::{Scene, Surface};
 use crate::shape::offset::SurfacePoint;
@@ -74,30 +74,23 @@ pub(super) struct Walker<'a> {
     pub(super) scene: &'a Scene,
     pub(super) sampler: &'a Sampler,
     pub(super) limits: &'a Integrator,
+    /// Light samples of the first vertex.
+    pub(super) candidates: Candidates,
     /// What the processor can do.
     pub(super) level: Level,
 }
 
-/// A light sample that waits to know whether it is visible.
-struct Pending {
-    /// Index into [`Wave::paths`].
-    path: u32,
-    radiance: Rgb,
-}
-
 /// The paths of a wave, and the batches that ray queries work on.
 #[derive(Default)]
-struct Wave {
-    paths: Vec<PathState>,
+pub(super) struct Wave {
+    pub(super) paths: Vec<PathState>,
     /// Indices of the paths that go on, in order. All that follows has an element for each of them, or for some.
     active: Vec<u32>,
     rays: Vec<Ray>,
     from: Vec<Hit>,
     hits: Vec<Hit>,
-    shadow_rays: Vec<Ray>,
-    shadow_ends: Vec<[Hit; 2]>,
-    pending: Vec<Pending>,
-    occluded: Vec<bool>,
+    /// Light samples that wait to know whether they are visible.
+    shadows: Shadows,
     /// Room for the layers of one surface.
     layers: Vec<Layer>,
     /// What neighbours share, if they do.
@@ -156,7 +149,7 @@ impl Walker<'_> {
                 }
                 self.draw::<T>(&mut wave, vertex);
                 self.advance_all::<T>(&mut wave, record);
-                self.resolve_shadows(&mut wave, record, counts);
+                self.resolve_shadows(&mut wave.shadows, &mut wave.paths, record, counts);
                 wave.active.retain(|&i| wave.paths[i as usize].alive);
             }
             if let Some(reuse) = &mut wave.reuse {
@@ -212,7 +205,15 @@ impl Walker<'_> {
         let streams = wave.active.iter().map(|&i| wave.paths[i as usize].stream);
         wave.bsdf_numbers.fill_bsdf(vertex, streams.clone());
         if T::SAMPLES_LIGHTS && !self.scene.lights.is_empty() {
-            wave.light_numbers.fill_light(vertex, self.scene.lights.len() > 1, streams);
+            let choice = self.scene.lights.len() > 1;
+            if vertex == 0 && self.candidates.count > 1 {
+                let Wave { paths, active, light_numbers, .. } = wave;
+                let stream = |i: usize| paths[active[i] as usize].stream;
+                let parts = (self.candidates.kind, self.candidates.count);
+                light_numbers.fill_light_parts(vertex, choice, parts, stream, active.len());
+            } else {
+                wave.light_numbers.fill_light(vertex, choice, streams);
+            }
         }
     }
 
@@ -294,21 +295,19 @@ impl Walker<'_> {
         {
             reuse.join(id as usize, path, &surface, hit);
         }
-        let wo = surface.frame.to_local(surface.wo);
+        let bsdf_numbers = wave.bsdf_numbers.bsdf(index);
         // Light sampled on purpose.
-        if T::SAMPLES_LIGHTS
-            && surface.bsdf.lobes().smooth
-            && !self.scene.lights.is_empty()
-            && let Some((ray, on, radiance)) =
-                self.sample_light::<T>(path, &surface, wo, wave.light_numbers.light(index), record)
-        {
-            let radiance =
-                if self.scene.absorbs() { self.absorb_shadow(path, &surface, hit, &ray, radiance) } else { radiance };
-            wave.shadow_rays.push(ray);
-            wave.shadow_ends.push([hit, on]);
-            wave.pending.push(Pending { path: id, radiance });
+        if T::SAMPLES_LIGHTS && surface.bsdf.lobes().smooth && !self.scene.lights.is_empty() {
+            let from = (&*path, hit, id);
+            if path.depth == 1 && self.candidates.count > 1 {
+                let numbers = (&wave.light_numbers, index, bsdf_numbers.roulette());
+                self.sample_candidates::<T>(from, &surface, numbers, &mut wave.shadows, record);
+            } else {
+                let numbers = wave.light_numbers.light(index);
+                self.sample_light::<T>(from, &surface, numbers, &mut wave.shadows, record);
+            }
         }
-        self.go_on::<T>(path, &surface, (hit, met), wave.bsdf_numbers.bsdf(index), record);
+        self.go_on::<T>(path, &surface, (hit, met), bsdf_numbers, record);
     }
 
     /// Sends a path on from a surface by its bsdf, or ends it. It had `met` something before.
@@ -445,7 +444,11 @@ impl Walker<'_> {
             Segment::Smooth { pdf: bsdf, from, n } => {
                 let receiver = || Receiver { p: from.as_vec3(), n };
                 let light = match T::SAMPLES_LIGHTS {
-                    true => pdf(from, n) * self.scene.light_sampler.pmf(index, receiver),
+                    true => {
+                        // As many as there are candidates could have found it.
+                        let samples = if path.depth == 2 { self.candidates.count as f32 } else { 1.0 };
+                        pdf(from, n) * (self.scene.light_sampler.pmf(index, receiver) * samples)
+                    }
                     false => SolidAnglePdf(0.0),
                 };
                 T::found_weight(bsdf, light)
@@ -454,55 +457,6 @@ impl Walker<'_> {
         let found = path.throughput * radiance * weight;
         record.event(Event::Found { radiance: path.carried * found, weight });
         path.radiance += found;
-    }
-
-    /// A light sample that may count, with the ray that must be free for it and what that ends on.
-    #[inline(always)]
-    fn sample_light<T: Technique>(
-        &self,
-        path: &PathState,
-        surface: &Surface<'_>,
-        wo: Vec3,
-        u: LightUniforms,
-        record: &mut impl Record,
-    ) -> Option<(Ray, Hit, Rgb)> {
-        let n = receiving_normal(surface);
-        let receiver = || Receiver { p: surface.p().as_vec3(), n };
-        let (index, pmf) = self.scene.light_sampler.sample(receiver, || u.choice())?;
-        let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), n, u.point(), T::COMBINES)?;
-        let wi = surface.frame.to_local(sample.wi);
-        let (f, bsdf_pdf) = surface.bsdf.eval_pdf(wo, wi);
-        if f.is_black() {
-            return None;
-        }
-        let (weight, pdf) = match sample.pdf {
-            Some(pdf) => (T::sampled_weight(pdf * pmf, bsdf_pdf), (pdf * pmf).0),
-            // No bsdf finds a light without size.
-            None => (1.0, pmf),
-        };
-        let radiance = path.throughput * f * sample.radiance * (weight / pdf);
-        record.event(Event::Sampled { radiance: path.carried * radiance, weight });
-        Some((surface.shadow_ray(&sample), sample.on, radiance))
-    }
-
-    /// Counts the light samples that nothing hides.
-    fn resolve_shadows(&self, wave: &mut Wave, record: &mut impl Record, counts: &mut RayCounts) {
-        wave.occluded.resize(wave.shadow_rays.len(), false);
-        counts.shadow += wave.shadow_rays.len() as u64;
-        let start = Instant::now();
-        self.scene.accel.occluded_between(&wave.shadow_rays, &wave.shadow_ends, &mut wave.occluded);
-        counts.time += start.elapsed();
-        for ((pending, &occluded), &ray) in wave.pending.iter().zip(&wave.occluded).zip(&wave.shadow_rays) {
-            let path = &mut wave.paths[pending.path as usize];
-            record.at(|| path.id);
-            record.event(Event::Shadow { ray, radiance: path.carried * pending.radiance, occluded });
-            if !occluded {
-                path.radiance += pending.radiance;
-            }
-        }
-        wave.shadow_rays.clear();
-        wave.shadow_ends.clear();
-        wave.pending.clear();
     }
 }
 
@@ -513,30 +467,6 @@ impl Walker<'_> {
 fn attainable(probability: f32) -> f32 {
     // Both products only change the exponent.
     (probability / UNIT_ROUNDOFF).ceil() * UNIT_ROUNDOFF
-}
-
-/// The normal on whose side a surface scatters; zero where that is both sides.
-#[inline(always)]
-fn receiving_normal(surface: &Surface<'_>) -> Vec3 {
-    match &surface.bsdf {
-        Scatter::One(bsdf) if bsdf.lobes().transmits => Vec3::ZERO,
-        Scatter::One(_) => surface.frame.n,
-        Scatter::Layers(layers) => layers_normal(layers, &{ surface.frame }),
-    }
-}
-
-/// The normal on whose side all layers of a surface scatter, in world space; zero where there is none.
-#[inline(never)]
-fn layers_normal(layers: &[Layer], frame: &Frame) -> Vec3 {
-    let mut common = None;
-    for layer in layers {
-        let n = layer.perturbation.map_or(frame.n, |p| frame.to_world(p.frame.n));
-        if layer.bsdf.lobes().transmits || common.is_some_and(|other| other != n) {
-            return Vec3::ZERO;
-        }
-        common = Some(n);
-    }
-    common.unwrap_or(Vec3::ZERO)
 }
 
 /// Marks a path as finished; it leaves the wave once its light sample is decided.
@@ -560,7 +490,7 @@ impl Wave {
 /// Runs `f`, compiled for AVX2 where the processor has it: the same operations in the same order, so the same bits, but
 /// fewer instructions. Only what is inlined into `f` gains.
 #[inline(always)]
-fn with_avx2(level: Level, f: impl FnOnce()) {
+pub(super) fn with_avx2(level: Level, f: impl FnOnce()) {
     #[cfg(target_arch = "x86_64")]
     if let Some(avx2) = level.as_avx2() {
         return avx2.vectorize(f);

@@ -4,10 +4,10 @@
 //! With the polar angle θ from +y and the azimuth φ = atan2(x, −z), a map of w × h pixels is a grid of nodes: that of column
 //! i and row j is at φ = 2π(i + ½)/w and θ = πj/(h − 1). Between them radiance is bilinear in φ, which wraps around, and θ.
 //!
-//! Directions are sampled in proportion to the luminance of that interpolation, not only of its pixels: a cell between four
-//! nodes by the integral over it, then a point of the cell. The factor sin θ of the solid angle is taken to be linear within
-//! a cell, so that the integrals are closed; what that leaves out is part of the density, less than θ²/6 of it for cells of
-//! height θ. So the density is positive wherever radiance is.
+//! Directions are sampled in proportion to the luminance of that interpolation, not only of its pixels. In the plane of φ and θ
+//! their density is bilinear, too, between luminance · sin θ at the nodes: so a cell between four nodes is picked by their mean,
+//! a point of it by two linear densities, and per solid angle it is that over sin θ. The rows at the poles, where sin θ is 0,
+//! count [`POLE_SINE`] of that of their neighbours, so that the density is positive wherever radiance is.
 //!
 //! # MIS compensation
 //!
@@ -17,10 +17,10 @@
 
 use super::LightSample;
 use crate::image::Picture;
-use crate::math::float::min;
+use crate::math::float::{ONE_MINUS_EPSILON, min};
 use crate::sampling::cells::Cells;
 use crate::sampling::pdf::SolidAnglePdf;
-use crate::sampling::warp::{sin_cos, unit_to_linear, unit_to_product};
+use crate::sampling::warp::{sin_cos, unit_to_linear};
 use crate::shape::Hit;
 use crate::spectrum::Rgb;
 use glam::{DMat3, Vec2, Vec3};
@@ -31,6 +31,13 @@ use std::sync::Arc;
 /// map would be its noise. Mitsuba's number.
 const COMPENSATED_CONTRAST: f64 = 0.01;
 
+/// sin θ of the rows at the poles, over that of the next rows. Of a bright row at a pole the cells send L·sin θ₁/6 and are picked
+/// by this times L·sin θ₁/2, so that 1/3 would be right for it alone; for others less is better.
+const POLE_SINE: f64 = 0.25;
+
+/// Largest density, in sr⁻¹: at a pole itself it would be infinite, within 10⁻³⁰ of it larger than this.
+const MOST_DENSITY: f64 = 1e30;
+
 /// A sky with a picture on it.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLight {
@@ -40,7 +47,7 @@ pub struct EnvironmentLight {
     scale: f32,
     /// From the map's frame to the scene's: columns of unit length at right angles.
     to_world: DMat3,
-    /// sin θ of each row.
+    /// What sin θ counts in each row.
     sines: Vec<f32>,
     /// How directions are sampled.
     sampling: Sampling,
@@ -55,23 +62,27 @@ struct Sampling {
     cells: Cells,
     /// What is subtracted from luminances.
     offset: f64,
-    /// Factor from what is left of them to a density in sr⁻¹, but for the ratio of the linear sin θ to the true one.
+    /// Factor from what is left of them, times sin θ at the nodes and over it at the point, to a density in sr⁻¹.
     density: f64,
 }
 
-/// Where in the map a direction is.
+/// Where between four nodes a direction is.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    /// The columns of the nodes around it.
-    columns: [u32; 2],
-    /// Their rows: first that nearer to a pole.
-    rows: [u32; 2],
-    /// Where between the columns, from 0 to 1.
+    /// Between the columns, from 0 to 1.
     x: f32,
-    /// Where between the rows.
+    /// Between the rows, from that nearer to a pole.
     y: f32,
-    /// What is linear within the cell, over sin θ.
-    sine_ratio: f32,
+    /// sin θ.
+    sine: f32,
+}
+
+/// What is at the nodes around a place, by row and column.
+#[derive(Clone, Copy, Debug)]
+struct Nodes {
+    radiance: [[Rgb; 2]; 2],
+    /// Luminances, as far as they count, times sin θ.
+    weights: [[f64; 2]; 2],
 }
 
 impl EnvironmentLight {
@@ -86,7 +97,10 @@ impl EnvironmentLight {
             return None;
         }
         let last = map.height() - 1;
-        let sines: Vec<f32> = (0..=last).map(|row| row_sine(row.min(last - row), last)).collect();
+        let sine = |steps: u32| libm::sin(std::f64::consts::PI * f64::from(steps) / f64::from(last));
+        let pole = POLE_SINE * sine(1);
+        let counted = |steps: u32| if steps == 0 { pole } else { sine(steps) };
+        let sines: Vec<f32> = (0..=last).map(|row| counted(row.min(last - row)) as f32).collect();
         let sampling = Sampling::new(&map, &sines, 0.0)?;
         let combined = compensated.then(|| Sampling::compensated(&map, &sines)).flatten();
         Some(Self { map, scale, to_world, sines, sampling, combined })
@@ -113,25 +127,19 @@ impl EnvironmentLight {
         let below = 2 * row + 1 > last;
         let step = if below { last - 1 - row } else { row };
         let rows = if below { [row + 1, row] } else { [row, row + 1] };
-        let mut place = Place {
-            columns: self.columns(column as i32),
-            rows: rows.map(|r| r as u32),
-            x: 0.0,
-            y: 0.0,
-            sine_ratio: 0.0,
-        };
-        let [near, far] = self.nodes(&place).map(|row| row.map(|p| sampling.importance(p)));
-        let sines = [self.sines[step].into(), self.sines[step + 1].into()];
-        place.y = unit_to_product(rest.y, [near[0] + near[1], far[0] + far[1]], sines);
-        let between = |i: usize| near[i] + (far[i] - near[i]) * f64::from(place.y);
-        place.x = unit_to_linear(rest.x, between(0), between(1));
-        let (sin, cos) = sin_cos((step as f32 + place.y) / last as f32 * PI);
-        place.sine_ratio = self.sine_ratio(step, place.y, sin);
-        let phi = (column as f32 + place.x + 0.5) / self.map.width() as f32 * TAU;
-        let (sin_phi, cos_phi) = sin_cos(phi);
-        let local = Vec3::new(sin_phi * sin, if below { -cos } else { cos }, -cos_phi * sin);
+        let columns = [column as u32, self.next_column(column as u32)];
+        let nodes = self.nodes(columns, rows.map(|r| r as u32), sampling);
+        let [near, far] = nodes.weights;
+        // Rows are counted downwards.
+        let v = if below { min(1.0 - rest.y, ONE_MINUS_EPSILON) } else { rest.y };
+        let y = unit_to_linear(v, near[0] + near[1], far[0] + far[1]);
+        let between = |i: usize| near[i] + (far[i] - near[i]) * f64::from(y);
+        let x = unit_to_linear(rest.x, between(0), between(1));
+        let (sine, cos) = sin_cos((step as f32 + y) / last as f32 * PI);
+        let (sin_phi, cos_phi) = sin_cos((column as f32 + x + 0.5) / self.map.width() as f32 * TAU);
+        let local = Vec3::new(sin_phi * sine, if below { -cos } else { cos }, -cos_phi * sine);
         let wi = (self.to_world * local.as_dvec3()).as_vec3();
-        let (radiance, pdf) = self.at(&place, sampling);
+        let (radiance, pdf) = self.at(&nodes, &Place { x, y, sine }, sampling);
         (pdf.0 > 0.0 && pdf.0.is_finite() && !radiance.is_black()).then_some(LightSample {
             wi,
             radiance,
@@ -153,15 +161,13 @@ impl EnvironmentLight {
         let y = min(from_pole - step as f32, 1.0);
         let rows = if local.y < 0.0 { [last - step, last - step - 1] } else { [step, step + 1] };
         let x = libm::atan2f(local.x, -local.z) / TAU * self.map.width() as f32 - 0.5;
-        let column = x.floor();
-        let place = Place {
-            columns: self.columns(column as i32),
-            rows: rows.map(|r| r as u32),
-            x: x - column,
-            y,
-            sine_ratio: self.sine_ratio(step, y, sin),
-        };
-        self.at(&place, self.sampling(combined))
+        let floor = x.floor();
+        // φ is between −π and π, and the quotient within half a turn and half a pixel of 0.
+        let turns = if floor < 0.0 { self.map.width().cast_signed() } else { 0 };
+        let column = (floor as i32 + turns).cast_unsigned();
+        let sampling = self.sampling(combined);
+        let nodes = self.nodes([column, self.next_column(column)], rows.map(|r| r as u32), sampling);
+        self.at(&nodes, &Place { x: x - floor, y, sine: sin }, sampling)
     }
 
     #[inline]
@@ -169,44 +175,40 @@ impl EnvironmentLight {
         self.combined.as_ref().filter(|_| combined).unwrap_or(&self.sampling)
     }
 
-    /// A column and the next.
-    #[inline]
-    fn columns(&self, column: i32) -> [u32; 2] {
-        let width = self.map.width().cast_signed();
-        [column, column + 1].map(|c| c.rem_euclid(width).cast_unsigned())
+    #[inline(always)]
+    fn next_column(&self, column: u32) -> u32 {
+        if column + 1 < self.map.width() { column + 1 } else { 0 }
     }
 
-    /// What sin θ is within a cell that begins `step` rows from a pole, over what it should be.
-    #[inline]
-    fn sine_ratio(&self, step: usize, y: f32, sin: f32) -> f32 {
-        let (a, b) = (self.sines[step], self.sines[step + 1]);
-        // At a pole itself the limit.
-        if sin > 0.0 { (a + (b - a) * y) / sin } else { b * (self.sines.len() - 1) as f32 / PI }
-    }
-
-    /// The pixels around a place, by row and column.
-    #[inline]
-    fn nodes(&self, place: &Place) -> [[Rgb; 2]; 2] {
-        place.rows.map(|row| place.columns.map(|column| self.map.get(column, row)))
-    }
-
-    #[inline]
-    fn at(&self, place: &Place, sampling: &Sampling) -> (Rgb, SolidAnglePdf) {
-        let nodes = self.nodes(place);
-        let weights = [1.0 - place.y, place.y].map(|v| [(1.0 - place.x) * v, place.x * v]);
-        let (mut radiance, mut importance) = (Rgb::BLACK, 0.0);
-        for (node, weight) in nodes.iter().flatten().zip(weights.iter().flatten()) {
-            radiance += *node * *weight;
-            importance += sampling.importance(*node) * f64::from(*weight);
+    /// The nodes in two columns of two rows.
+    #[inline(always)]
+    fn nodes(&self, columns: [u32; 2], rows: [u32; 2], sampling: &Sampling) -> Nodes {
+        let mut nodes = Nodes { radiance: [[Rgb::BLACK; 2]; 2], weights: [[0.0; 2]; 2] };
+        for j in 0..2 {
+            let sine = f64::from(self.sines[rows[j] as usize]);
+            for i in 0..2 {
+                let radiance = self.map.get(columns[i], rows[j]);
+                nodes.radiance[j][i] = radiance;
+                nodes.weights[j][i] = sampling.importance(radiance) * sine;
+            }
         }
-        let pdf = importance * sampling.density * f64::from(place.sine_ratio);
+        nodes
+    }
+
+    #[inline(always)]
+    fn at(&self, nodes: &Nodes, place: &Place, sampling: &Sampling) -> (Rgb, SolidAnglePdf) {
+        let (mut radiance, mut weight) = (Rgb::BLACK, 0.0);
+        for (j, v) in [1.0 - place.y, place.y].into_iter().enumerate() {
+            for (i, u) in [1.0 - place.x, place.x].into_iter().enumerate() {
+                radiance += nodes.radiance[j][i] * (u * v);
+                weight += nodes.weights[j][i] * f64::from(u * v);
+            }
+        }
+        // Not NaN at a pole where nothing counts.
+        let pdf =
+            if weight > 0.0 { (weight * sampling.density / f64::from(place.sine)).min(MOST_DENSITY) } else { 0.0 };
         (radiance * self.scale, SolidAnglePdf(pdf as f32))
     }
-}
-
-/// sin θ of the row that is `steps` from a pole, of rows from 0 to `last`.
-fn row_sine(steps: u32, last: u32) -> f32 {
-    libm::sin(std::f64::consts::PI * f64::from(steps) / f64::from(last)) as f32
 }
 
 /// In f64, where the luminance of no colour vanishes.
@@ -225,19 +227,17 @@ impl Sampling {
     /// `None` where nothing is left after `offset` is subtracted from the luminances.
     fn new(map: &Picture, sines: &[f32], offset: f64) -> Option<Self> {
         let (width, height) = (map.width(), map.height());
-        // The importances of a row's nodes, the first again after the last.
-        let importances = |row: u32| -> Vec<f64> {
-            (0..=width).map(|x| (luminance(map.get(x % width, row)) - offset).max(0.0)).collect()
+        // The weights of a row's nodes, the first again after the last.
+        let weights = |row: u32| -> Vec<f64> {
+            let sine = f64::from(sines[row as usize]);
+            (0..=width).map(|x| (luminance(map.get(x % width, row)) - offset).max(0.0) * sine).collect()
         };
-        let (mut above, mut below) = (Vec::new(), importances(0));
+        let (mut above, mut below) = (Vec::new(), weights(0));
         let cell = |x: usize, y: usize| {
             if x == 0 {
-                above = std::mem::replace(&mut below, importances(y as u32 + 1));
+                above = std::mem::replace(&mut below, weights(y as u32 + 1));
             }
-            // The integral of linear importance times linear sine, of the mean of two columns.
-            let [a, b] = [&above, &below].map(|row| 0.5 * (row[x] + row[x + 1]));
-            let [s, t] = [sines[y], sines[y + 1]].map(f64::from);
-            (2.0 * (a * s + b * t) + a * t + b * s) / 6.0
+            0.25 * (above[x] + above[x + 1] + below[x] + below[x + 1])
         };
         let (cells, sum) = Cells::new(width as usize, height as usize - 1, cell)?;
         // Cells to the radian in either direction.

@@ -23,7 +23,7 @@ pub use environment::EnvironmentLight;
 pub use point::PointLight;
 pub use projector::ProjectorLight;
 pub use reach::{Beam, Reach, Receiver};
-pub use sampler::LightSampler;
+pub use sampler::{LightSampler, LightsAt};
 pub use slide::Slide;
 pub use spot::{SpotLight, SpotSlide};
 pub use tree::LightTree;

@@ -80,6 +80,12 @@ impl LightSampler {
         }
     }
 
+    /// What [`Self::sample`] needs to know of a point, for asking several times.
+    #[inline(always)]
+    pub fn at(&self, at: impl FnOnce() -> Receiver) -> LightsAt<'_> {
+        LightsAt { count: self.count, choice: self.choice.as_ref().map(|choice| Importances::new(choice, &at())) }
+    }
+
     /// The probability of choosing a light at a point.
     #[inline(always)]
     pub fn pmf(&self, light: usize, at: impl FnOnce() -> Receiver) -> f32 {
@@ -145,61 +151,97 @@ impl Choice {
         Self { finite, infinite, infinite_index }
     }
 
-    /// What all lights at infinity send.
-    fn infinite_importance(&self, at: &Receiver) -> f64 {
-        self.infinite.iter().map(|light| light.importance(at)).sum()
+    #[inline(never)]
+    fn sample(&self, at: &Receiver, u: f64) -> Option<(usize, f32)> {
+        Importances::new(self, at).sample(u)
     }
 
-    /// What the lights at some distance send: the importance of each of a list, in `weights`, and a bound on all together.
-    fn finite_importance(&self, at: &Receiver, weights: &mut [f64; MOST_IN_LIST]) -> f64 {
-        match &self.finite {
+    #[inline(never)]
+    fn pmf(&self, light: usize, at: &Receiver) -> f32 {
+        Importances::new(self, at).pmf(light)
+    }
+}
+
+/// A choice among the lights of a scene at one point.
+pub struct LightsAt<'a> {
+    count: usize,
+    choice: Option<Importances<'a>>,
+}
+
+impl LightsAt<'_> {
+    /// As [`LightSampler::sample`].
+    #[inline(always)]
+    pub fn sample(&self, u: impl FnOnce() -> f64) -> Option<(usize, f32)> {
+        match &self.choice {
+            None if self.count == 0 => None,
+            None => Some((0, 1.0)),
+            Some(choice) => choice.sample(u()),
+        }
+    }
+}
+
+/// What the lights can send to a point.
+struct Importances<'a> {
+    choice: &'a Choice,
+    at: Receiver,
+    /// What all lights at infinity send.
+    infinite: f64,
+    /// What the others send: a bound on all together.
+    finite: f64,
+    /// The importance of each of a list.
+    weights: [f64; MOST_IN_LIST],
+}
+
+impl<'a> Importances<'a> {
+    #[inline]
+    fn new(choice: &'a Choice, at: &Receiver) -> Self {
+        let mut weights = [0.0; MOST_IN_LIST];
+        let finite = match &choice.finite {
             Finite::List(list) => {
                 let mut sum = 0.0;
-                for ((_, beam), weight) in list.iter().zip(weights) {
+                for ((_, beam), weight) in list.iter().zip(&mut weights) {
                     *weight = beam.importance(at).into();
                     sum += *weight;
                 }
                 sum
             }
             // Where there is nothing else, nobody compares it.
-            Finite::Tree(_) if self.infinite.is_empty() => 1.0,
+            Finite::Tree(_) if choice.infinite.is_empty() => 1.0,
             Finite::Tree(tree) => tree.importance(at).into(),
-        }
+        };
+        let infinite = choice.infinite.iter().map(|light| light.importance(at)).sum();
+        Self { choice, at: *at, infinite, finite, weights }
     }
 
-    #[inline(never)]
-    fn sample(&self, at: &Receiver, u: f64) -> Option<(usize, f32)> {
-        let mut weights = [0.0; MOST_IN_LIST];
-        let (infinite, finite) = (self.infinite_importance(at), self.finite_importance(at, &mut weights));
-        let share = share(infinite, finite)?;
+    fn sample(&self, u: f64) -> Option<(usize, f32)> {
+        let &Self { choice, at, infinite, finite, weights } = &self;
+        let share = share(*infinite, *finite)?;
         if u < share {
-            let weights = self.infinite.iter().map(|light| (light.light, light.importance(at)));
+            let weights = choice.infinite.iter().map(|light| (light.light, light.importance(at)));
             return pick(weights, u / share * infinite).map(|(light, w)| (light, (share * (w / infinite)) as f32));
         }
         let (u, rest) = ((u - share) / (1.0 - share), 1.0 - share);
-        match &self.finite {
+        match &choice.finite {
             Finite::List(list) => {
-                let weights = list.iter().zip(weights).map(|((light, _), weight)| (*light, weight));
+                let weights = list.iter().zip(weights).map(|((light, _), weight)| (*light, *weight));
                 pick(weights, u * finite).map(|(light, w)| (light, (rest * (w / finite)) as f32))
             }
             Finite::Tree(tree) => tree.sample(at, u).map(|(light, p)| (light, (rest * p) as f32)),
         }
     }
 
-    #[inline(never)]
-    fn pmf(&self, light: usize, at: &Receiver) -> f32 {
-        let mut weights = [0.0; MOST_IN_LIST];
-        let (infinite, finite) = (self.infinite_importance(at), self.finite_importance(at, &mut weights));
-        let Some(share) = share(infinite, finite) else { return 0.0 };
+    fn pmf(&self, light: usize) -> f32 {
+        let &Self { choice, at, infinite, finite, weights } = &self;
+        let Some(share) = share(*infinite, *finite) else { return 0.0 };
         // Of a weight of zero the sum may be zero, too.
         let part = |weight: f64, sum: f64| if weight > 0.0 { weight / sum } else { 0.0 };
-        if let Some(index) = self.infinite_index[light] {
-            return (share * part(self.infinite[index as usize].importance(at), infinite)) as f32;
+        if let Some(index) = choice.infinite_index[light] {
+            return (share * part(choice.infinite[index as usize].importance(at), *infinite)) as f32;
         }
-        let part = match &self.finite {
+        let part = match &choice.finite {
             Finite::List(list) => {
                 let index = list.iter().position(|(index, _)| *index as usize == light);
-                index.map_or(0.0, |index| part(weights[index], finite))
+                index.map_or(0.0, |index| part(weights[index], *finite))
             }
             Finite::Tree(tree) => tree.pmf(light, at),
         };

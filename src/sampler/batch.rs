@@ -43,6 +43,19 @@ impl Batch {
         self.fill(light_set(vertex), if choice { LIGHT_NUMBERS } else { 2 }, streams);
     }
 
+    /// The same for every one of the `parts` parts of all streams, one stream's after the other's.
+    pub fn fill_light_parts(
+        &mut self,
+        vertex: u32,
+        choice: bool,
+        (kind, parts): (SamplerKind, u32),
+        stream: impl Fn(usize) -> Stream,
+        streams: usize,
+    ) {
+        let part = |i: usize| stream(i / parts as usize).part(kind, i as u32 % parts, parts);
+        self.fill_light(vertex, choice, (0..streams * parts as usize).map(part));
+    }
+
     /// Stream `i`'s position within the pixel, after [`Self::fill_film`].
     #[inline]
     pub fn film(&self, i: usize) -> Vec2 {

@@ -60,6 +60,19 @@ impl SamplerKind {
             Self::Sobol | Self::Independent => Some(self),
         }
     }
+
+    /// The same for points each of which is cut into `parts`, a power of two: see [`Stream::part`]. `None` if it cannot have that
+    /// many.
+    pub fn split(self, parts: u32) -> Option<Self> {
+        match self {
+            Self::ZSobol { log_samples } => {
+                let log_samples = log_samples + parts.ilog2();
+                (log_samples <= MOST_LOG_SAMPLES).then_some(Self::ZSobol { log_samples })
+            }
+            Self::Stratified { samples } => Some(Self::Stratified { samples: samples.checked_mul(parts)? }),
+            Self::Sobol | Self::Independent => Some(self),
+        }
+    }
 }
 
 /// A sampler for a whole render.
@@ -221,6 +234,13 @@ impl Stream {
             }
         }
         Set(numbers)
+    }
+
+    /// Number `part` of the `parts` samples that take the place of this one among as many times the samples of `kind`, which
+    /// [`SamplerKind::split`] gave: together they are as well spread as the samples themselves.
+    #[inline(always)]
+    pub fn part(self, kind: SamplerKind, part: u32, parts: u32) -> Self {
+        Self { kind, index: self.index.wrapping_mul(parts).wrapping_add(part), ..self }
     }
 
     /// Position within the pixel.

@@ -331,3 +331,25 @@ fn the_noise_of_zsobol_is_blue() {
         assert!(blue < 0.45, "2^{log_samples} samples: {blue}");
     }
 }
+
+/// The parts of samples are the samples of as many times the number, of every sampler that can have so many.
+#[test]
+fn parts_of_samples_are_samples_of_more() {
+    let (samples, parts) = (8, 4);
+    for kind in [
+        SamplerKind::Sobol,
+        SamplerKind::Independent,
+        SamplerKind::ZSobol { log_samples: 3 },
+        SamplerKind::Stratified { samples },
+    ] {
+        let more = kind.split(parts).unwrap();
+        let [few, many] = [kind, more].map(|kind| Sampler { kind, seed: 9 });
+        for index in 0..samples * parts {
+            let part = few.stream(5, 37, index / parts).part(more, index % parts, parts);
+            assert_eq!(part.light(0), many.stream(5, 37, index).light(0), "{kind:?}");
+        }
+    }
+    assert!(SamplerKind::ZSobol { log_samples: MOST_LOG_SAMPLES - 1 }.split(2).is_some());
+    assert!(SamplerKind::ZSobol { log_samples: MOST_LOG_SAMPLES }.split(2).is_none());
+    assert!(SamplerKind::Stratified { samples: u32::MAX }.split(2).is_none());
+}

@@ -84,6 +84,9 @@ fn steps(intervals: usize) -> usize {
     intervals.div_ceil(CELLS_PER_STEP)
 }
 
+/// Ends of intervals that are counted rather than searched.
+const FEW: usize = 16;
+
 /// How many of the `ends` are at most i/n, for i from 0 to the number n of steps.
 fn guide(ends: &[f32]) -> impl Iterator<Item = u32> {
     let steps = steps(ends.len() - 1);
@@ -97,7 +100,13 @@ fn find(ends: &[f32], guide: &[u32], u: f32) -> (usize, f32) {
     let step = (f64::from(u) * (guide.len() - 1) as f64) as usize;
     let (from, to) = (guide[step] as usize, guide[step + 1] as usize);
     // The last interval that begins at u or before: skips empty ones, whose two ends coincide.
-    let below = from + ends[from..to].partition_point(|&end| end <= u);
+    let ends_here = &ends[from..to];
+    let before = match ends_here.len() {
+        // Counting them all takes no guess of the processor's.
+        0..=FEW => ends_here.iter().map(|&end| usize::from(end <= u)).sum(),
+        _ => ends_here.partition_point(|&end| end <= u),
+    };
+    let below = from + before;
     let index = below.clamp(1, ends.len() - 1) - 1;
     let (low, high) = (f64::from(ends[index]), f64::from(ends[index + 1]));
     (index, min(((f64::from(u) - low) / (high - low)) as f32, ONE_MINUS_EPSILON))

@@ -224,6 +224,7 @@ pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
             rr_depth: 5,
             hide_emitters: false,
             hide_environment: false,
+            light_samples: 1,
             reuse: false,
         },
     }

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// Pixels of a block along an edge, as a power of two: tiles are whole blocks.
 const BLOCK_BITS: u32 = 3;
-pub(super) const BLOCK: i32 = 1 << BLOCK_BITS;
+pub(in crate::integrator) const BLOCK: i32 = 1 << BLOCK_BITS;
 
 /// Places in a block.
 const PLACES: u32 = 1 << (2 * BLOCK_BITS);

@@ -16,12 +16,11 @@
 //! What stays a path's own: light that it samples at x or runs into at y, and everything where x scatters by a delta lobe
 //! or y is anything but diffuse.
 //!
-//! Who shares with whom is the business of [`group`]; whether it pays, of [`trial`].
+//! Who shares with whom is the business of [`group`]; whether it pays, of [`super::trial`].
 
 mod group;
-mod trial;
 
-pub(super) use group::{Group, grouped_ids};
+pub(super) use group::{BLOCK, Group, grouped_ids};
 
 use super::path_state::{PathState, Segment};
 use super::wave::{RayCounts, Walker};

@@ -1,0 +1,260 @@
+//! Light sampled on purpose: one sample at a vertex, or several at the first, of which a few are looked for.
+//!
+//! # Candidates
+//!
+//! Most pixels get most of their light directly, and there the choice of a light, the point on it and the lobe that reflects it
+//! make more noise than what is in the way. So the first vertex may take M light samples, which cost no ray; of their
+//! contributions C₁ … C_M, the shadow aside, S are picked in proportion to their luminances, and each that is visible stands for
+//! the S-th part of all (resampled importance sampling: Talbot, Cline and Egbert 2005, *Importance Resampling for Global
+//! Illumination*). The expected value is that of looking for all of them. They are picked at equal distances along the sum of
+//! luminances (systematic resampling: Carpenter, Clifford and Fearnhead 1999, *Improved Particle Filter for Nonlinear
+//! Problems*), by one uniform number, so that what is picked twice takes one ray.
+//!
+//! Against the bsdf's own samples they weigh as M samples of the same density (Veach 1997, section 9.2.2), those that run into a
+//! light at the second vertex as one against M.
+
+use super::path_state::PathState;
+use super::record::{Event, Record};
+use super::technique::Technique;
+use super::wave::{RayCounts, Walker, with_avx2};
+use crate::accel::Hit;
+use crate::light::Receiver;
+use crate::material::{Layer, Scatter};
+use crate::math::frame::Frame;
+use crate::math::ray::Ray;
+use crate::sampler::{Batch, LightUniforms, SamplerKind};
+use crate::scene::Surface;
+use crate::spectrum::Rgb;
+use glam::Vec3;
+use std::time::Instant;
+
+/// Most light samples of a first vertex. Reason: with more, what is in the way is all that is left to be noise.
+pub const MOST_CANDIDATES: u32 = 16;
+
+/// Candidates for each ray. Between 1 and 4 the material ball and the plates of lights differ by 10 % in error against time; 2 is
+/// best or near it for both.
+const CANDIDATES_PER_RAY: u32 = 2;
+
+/// The light samples of a first vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidates {
+    /// How many, a power of two; 1 where there is nothing to pick.
+    pub(super) count: u32,
+    /// What their numbers come from.
+    pub(super) kind: SamplerKind,
+}
+
+impl Candidates {
+    /// `count` of them, if the sampler has so many numbers.
+    pub(super) fn new(count: u32, kind: SamplerKind) -> Self {
+        match kind.split(count) {
+            Some(kind) => Self { count, kind },
+            None => Self { count: 1, kind },
+        }
+    }
+
+    /// How many are looked for.
+    fn rays(self) -> u32 {
+        (self.count / CANDIDATES_PER_RAY).max(1)
+    }
+}
+
+/// A light sample that may count.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    /// What must be free for it.
+    ray: Ray,
+    /// What that ends on.
+    on: Hit,
+    /// What it adds then: weighted radiance, throughput included.
+    radiance: Rgb,
+    /// Multiple-importance weight.
+    weight: f32,
+}
+
+/// Light samples of a wave that wait to know whether they are visible.
+#[derive(Default)]
+pub(super) struct Shadows {
+    rays: Vec<Ray>,
+    ends: Vec<[Hit; 2]>,
+    pending: Vec<Pending>,
+    occluded: Vec<bool>,
+    /// Room for those of one vertex.
+    candidates: Vec<Candidate>,
+}
+
+struct Pending {
+    /// Index of the path in its wave.
+    path: u32,
+    radiance: Rgb,
+}
+
+impl Walker<'_> {
+    /// Samples one light for the path `id` of a wave, which is on `hit`.
+    #[inline(always)]
+    pub(super) fn sample_light<T: Technique>(
+        &self,
+        (path, hit, id): (&PathState, Hit, u32),
+        surface: &Surface<'_>,
+        u: LightUniforms,
+        shadows: &mut Shadows,
+        record: &mut impl Record,
+    ) {
+        let n = receiving_normal(surface);
+        let receiver = || Receiver { p: surface.p().as_vec3(), n };
+        if let Some(chosen) = self.scene.light_sampler.sample(receiver, || u.choice())
+            && let Some(candidate) = self.candidate::<T>(path, (surface, n), chosen, 1.0, u)
+        {
+            self.look_for((path, hit, id), surface, &candidate, shadows, record);
+        }
+    }
+
+    /// The same with several samples, by the numbers of path `index` among those that go on; `pick` is a uniform number that
+    /// nothing else uses.
+    #[inline(never)]
+    pub(super) fn sample_candidates<T: Technique>(
+        &self,
+        from: (&PathState, Hit, u32),
+        surface: &Surface<'_>,
+        (numbers, index, pick): (&Batch, usize, f32),
+        shadows: &mut Shadows,
+        record: &mut impl Record,
+    ) {
+        let count = self.candidates.count as usize;
+        let mut candidates = std::mem::take(&mut shadows.candidates);
+        candidates.clear();
+        with_avx2(
+            self.level,
+            #[inline(always)]
+            || {
+                let n = receiving_normal(surface);
+                let lights = self.scene.light_sampler.at(|| Receiver { p: surface.p().as_vec3(), n });
+                for u in (index * count..(index + 1) * count).map(|i| numbers.light(i)) {
+                    if let Some(chosen) = lights.sample(|| u.choice())
+                        && let Some(candidate) = self.candidate::<T>(from.0, (surface, n), chosen, count as f32, u)
+                    {
+                        candidates.push(candidate);
+                    }
+                }
+            },
+        );
+        let sum: f32 = candidates.iter().map(|c| c.radiance.luminance()).sum();
+        let step = sum / self.candidates.rays() as f32;
+        if !(step >= f32::MIN_POSITIVE && sum < f32::INFINITY) {
+            // Nothing to pick by: what there is lies below or beyond all numbers.
+            candidates.iter().for_each(|c| self.look_for(from, surface, c, shadows, record));
+        } else {
+            let (mut next, mut passed) = (pick * step, 0.0);
+            for candidate in &candidates {
+                let luminance = candidate.radiance.luminance();
+                passed += luminance;
+                let mut times = 0.0;
+                while next < passed {
+                    (next, times) = (next + step, times + 1.0);
+                }
+                if times > 0.0 {
+                    let radiance = candidate.radiance * (times * step / luminance);
+                    self.look_for(from, surface, &Candidate { radiance, ..*candidate }, shadows, record);
+                }
+            }
+        }
+        shadows.candidates = candidates;
+    }
+
+    /// A sample of the light that was chosen, one of `samples`; its index and the probability of choosing it. `n` is what
+    /// [`receiving_normal`] says.
+    #[inline(always)]
+    fn candidate<T: Technique>(
+        &self,
+        path: &PathState,
+        (surface, n): (&Surface<'_>, Vec3),
+        (index, pmf): (usize, f32),
+        samples: f32,
+        u: LightUniforms,
+    ) -> Option<Candidate> {
+        let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), n, u.point(), T::COMBINES)?;
+        let wo = surface.frame.to_local(surface.wo);
+        let (f, bsdf_pdf) = surface.bsdf.eval_pdf(wo, surface.frame.to_local(sample.wi));
+        if f.is_black() {
+            return None;
+        }
+        let pmf = pmf * samples;
+        let (weight, pdf) = match sample.pdf {
+            Some(pdf) => (T::sampled_weight(pdf * pmf, bsdf_pdf), (pdf * pmf).0),
+            // No bsdf finds a light without size.
+            None => (1.0, pmf),
+        };
+        let radiance = path.throughput * f * sample.radiance * (weight / pdf);
+        Some(Candidate { ray: surface.shadow_ray(&sample), on: sample.on, radiance, weight })
+    }
+
+    /// Has it looked whether a light sample is visible.
+    #[inline(always)]
+    fn look_for(
+        &self,
+        (path, hit, id): (&PathState, Hit, u32),
+        surface: &Surface<'_>,
+        sample: &Candidate,
+        shadows: &mut Shadows,
+        record: &mut impl Record,
+    ) {
+        let &Candidate { ray, on, radiance, weight } = sample;
+        record.event(Event::Sampled { radiance: path.carried * radiance, weight });
+        let absorbs = self.scene.absorbs();
+        let radiance = if absorbs { self.absorb_shadow(path, surface, hit, &ray, radiance) } else { radiance };
+        shadows.rays.push(ray);
+        shadows.ends.push([hit, on]);
+        shadows.pending.push(Pending { path: id, radiance });
+    }
+
+    /// Counts the light samples that nothing hides.
+    pub(super) fn resolve_shadows(
+        &self,
+        shadows: &mut Shadows,
+        paths: &mut [PathState],
+        record: &mut impl Record,
+        counts: &mut RayCounts,
+    ) {
+        let Shadows { rays, ends, pending, occluded, .. } = shadows;
+        occluded.resize(rays.len(), false);
+        counts.shadow += rays.len() as u64;
+        let start = Instant::now();
+        self.scene.accel.occluded_between(rays, ends, occluded);
+        counts.time += start.elapsed();
+        for ((pending, &occluded), &ray) in pending.iter().zip(&*occluded).zip(&*rays) {
+            let path = &mut paths[pending.path as usize];
+            record.at(|| path.id);
+            record.event(Event::Shadow { ray, radiance: path.carried * pending.radiance, occluded });
+            if !occluded {
+                path.radiance += pending.radiance;
+            }
+        }
+        rays.clear();
+        ends.clear();
+        pending.clear();
+    }
+}
+
+/// The normal on whose side a surface scatters; zero where that is both sides.
+#[inline(always)]
+pub(super) fn receiving_normal(surface: &Surface<'_>) -> Vec3 {
+    match &surface.bsdf {
+        Scatter::One(bsdf) if bsdf.lobes().transmits => Vec3::ZERO,
+        Scatter::One(_) => surface.frame.n,
+        Scatter::Layers(layers) => layers_normal(layers, &{ surface.frame }),
+    }
+}
+
+/// The normal on whose side all layers of a surface scatter, in world space; zero where there is none.
+#[inline(never)]
+fn layers_normal(layers: &[Layer], frame: &Frame) -> Vec3 {
+    let mut common = None;
+    for layer in layers {
+        let n = layer.perturbation.map_or(frame.n, |p| frame.to_world(p.frame.n));
+        if layer.bsdf.lobes().transmits || common.is_some_and(|other| other != n) {
+            return Vec3::ZERO;
+        }
+        common = Some(n);
+    }
+    common.unwrap_or(Vec3::ZERO)
+}
