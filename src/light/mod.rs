@@ -3,6 +3,7 @@
 //! Lights ask no rays: whether a sampled point is visible is the integrator's business.
 
 mod area;
+mod beams;
 mod constant;
 mod directional;
 mod environment;

@@ -50,9 +50,9 @@ fn sine(cos: f32) -> f32 {
 
 /// An angle of [0, π] by its cosine and its sine.
 #[derive(Clone, Copy, Debug)]
-struct Angle {
-    cos: f32,
-    sin: f32,
+pub(super) struct Angle {
+    pub(super) cos: f32,
+    pub(super) sin: f32,
 }
 
 impl Angle {
@@ -76,13 +76,13 @@ impl Angle {
 #[derive(Clone, Copy, Debug)]
 pub struct Beam {
     /// Centre and radius of the sphere around the box.
-    centre: Vec3,
-    radius: f32,
-    axis: Vec3,
-    normals: Angle,
-    cos_emission: f32,
-    power: f32,
-    both_sides: bool,
+    pub(super) centre: Vec3,
+    pub(super) radius: f32,
+    pub(super) axis: Vec3,
+    pub(super) normals: Angle,
+    pub(super) cos_emission: f32,
+    pub(super) power: f32,
+    pub(super) both_sides: bool,
 }
 
 impl Beam {

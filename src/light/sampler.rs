@@ -8,16 +8,17 @@
 //! The same point and normal give the same probabilities, whether a light is chosen or was found.
 
 use super::Light;
+use super::beams::{Beams, LANES};
 use super::reach::{Beam, Reach, Receiver, SLACK};
 use super::tree::LightTree;
 use crate::math::float::{max, min};
 use crate::shape::Shape;
 use crate::spectrum::Rgb;
+use fearless_simd::Level;
 use glam::Vec3;
 use std::f64::consts::PI;
 
-/// Most lights that are looked at one by one: a step down a tree of sixteen looks at two, so that all its steps look at half as
-/// many, and know less.
+/// Most lights that are looked at one by one: two vectors of them, as many as the steps down a tree would be.
 const MOST_IN_LIST: usize = 16;
 
 /// Least share of what is infinitely far away, and of what is not, where there is both.
@@ -41,13 +42,15 @@ struct Choice {
     infinite: Vec<Infinite>,
     /// Which element of `infinite` each light is, if it is one.
     infinite_index: Vec<Option<u32>>,
+    /// What the processor can do.
+    level: Level,
 }
 
 /// The lights that are at some distance.
 #[derive(Clone, Debug)]
 enum Finite {
-    /// A few: each one's index and what it sends. Perhaps none.
-    List(Vec<(u32, Beam)>),
+    /// A few, their indices and what they send. Perhaps none.
+    List(Vec<u32>, Vec<Beams>),
     /// Many.
     Tree(LightTree),
 }
@@ -99,8 +102,8 @@ impl LightSampler {
         };
         let infinite = choice.infinite.len();
         let how = match &choice.finite {
-            Finite::List(list) if list.is_empty() => "by their irradiance".into(),
-            Finite::List(list) => format!("each of {} by what it sends to a point", list.len()),
+            Finite::List(list, _) if list.is_empty() => "by their irradiance".into(),
+            Finite::List(list, _) => format!("each of {} by what it sends to a point", list.len()),
             Finite::Tree(_) => format!("a tree of {}", self.count - infinite),
         };
         if infinite > 0 && infinite < self.count { format!("{how}, and {infinite} at infinity") } else { how }
@@ -141,14 +144,17 @@ impl Choice {
             .map(|(light, reach, power)| (light, Reach { power: scaled(power, most), ..reach }))
             .collect();
         let finite = match reaches.len() {
-            0..=MOST_IN_LIST => Finite::List(reaches.iter().map(|(light, reach)| (*light, Beam::new(reach))).collect()),
-            _ => LightTree::new(reaches, lights.len()).map_or(Finite::List(Vec::new()), Finite::Tree),
+            0..=MOST_IN_LIST => {
+                let beams: Vec<Beam> = reaches.iter().map(|(_, reach)| Beam::new(reach)).collect();
+                Finite::List(reaches.iter().map(|r| r.0).collect(), beams.chunks(LANES).map(Beams::new).collect())
+            }
+            _ => LightTree::new(reaches, lights.len()).map_or(Finite::List(vec![], vec![]), Finite::Tree),
         };
         let infinite = infinite
             .into_iter()
             .map(|(light, wi, power)| Infinite { light, wi, power: scaled(power, most_infinite) })
             .collect();
-        Self { finite, infinite, infinite_index }
+        Self { finite, infinite, infinite_index, level: Level::new() }
     }
 
     #[inline(never)]
@@ -188,8 +194,8 @@ struct Importances<'a> {
     infinite: f64,
     /// What the others send: a bound on all together.
     finite: f64,
-    /// The importance of each of a list.
-    weights: [f64; MOST_IN_LIST],
+    /// The importance of each of a list, or of the tree's first branches.
+    weights: [f32; MOST_IN_LIST],
 }
 
 impl<'a> Importances<'a> {
@@ -197,20 +203,25 @@ impl<'a> Importances<'a> {
     fn new(choice: &'a Choice, at: &Receiver) -> Self {
         let mut weights = [0.0; MOST_IN_LIST];
         let finite = match &choice.finite {
-            Finite::List(list) => {
-                let mut sum = 0.0;
-                for ((_, beam), weight) in list.iter().zip(&mut weights) {
-                    *weight = beam.importance(at).into();
-                    sum += *weight;
+            Finite::List(_, beams) => {
+                for (beams, weights) in beams.iter().zip(weights.chunks_exact_mut(LANES)) {
+                    weights.copy_from_slice(&beams.importances(choice.level, at));
                 }
-                sum
+                weights.iter().map(|w| f64::from(*w)).sum()
             }
-            // Where there is nothing else, nobody compares it.
-            Finite::Tree(_) if choice.infinite.is_empty() => 1.0,
-            Finite::Tree(tree) => tree.importance(at).into(),
+            Finite::Tree(tree) => {
+                weights[..LANES].copy_from_slice(&tree.first(at));
+                // Where there is nothing else, nobody compares it.
+                if choice.infinite.is_empty() { 1.0 } else { tree.importance(at).into() }
+            }
         };
         let infinite = choice.infinite.iter().map(|light| light.importance(at)).sum();
         Self { choice, at: *at, infinite, finite, weights }
+    }
+
+    /// Of a tree: what its first branches send.
+    fn first(&self) -> [f32; LANES] {
+        std::array::from_fn(|i| self.weights[i])
     }
 
     fn sample(&self, u: f64) -> Option<(usize, f32)> {
@@ -222,11 +233,11 @@ impl<'a> Importances<'a> {
         }
         let (u, rest) = ((u - share) / (1.0 - share), 1.0 - share);
         match &choice.finite {
-            Finite::List(list) => {
-                let weights = list.iter().zip(weights).map(|((light, _), weight)| (*light, *weight));
+            Finite::List(list, _) => {
+                let weights = list.iter().zip(weights).map(|(light, weight)| (*light, f64::from(*weight)));
                 pick(weights, u * finite).map(|(light, w)| (light, (rest * (w / finite)) as f32))
             }
-            Finite::Tree(tree) => tree.sample(at, u).map(|(light, p)| (light, (rest * p) as f32)),
+            Finite::Tree(tree) => tree.sample(at, self.first(), u).map(|(light, p)| (light, (rest * p) as f32)),
         }
     }
 
@@ -239,11 +250,11 @@ impl<'a> Importances<'a> {
             return (share * part(choice.infinite[index as usize].importance(at), *infinite)) as f32;
         }
         let part = match &choice.finite {
-            Finite::List(list) => {
-                let index = list.iter().position(|(index, _)| *index as usize == light);
-                index.map_or(0.0, |index| part(weights[index], *finite))
+            Finite::List(list, _) => {
+                let index = list.iter().position(|index| *index as usize == light);
+                index.map_or(0.0, |index| part(weights[index].into(), *finite))
             }
-            Finite::Tree(tree) => tree.pmf(light, at),
+            Finite::Tree(tree) => tree.pmf(at, self.first(), light),
         };
         ((1.0 - share) * part) as f32
     }
