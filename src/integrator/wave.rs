@@ -156,7 +156,15 @@ impl Walker<'_> {
                 }
                 self.draw::<T>(&mut wave, vertex);
                 self.advance_all::<T>(&mut wave, record);
+                if let Some(reuse) = &mut wave.reuse {
+                    let directions = wave.shadow_rays.iter().map(|ray| ray.d);
+                    let samples = wave.pending.iter().map(|pending| pending.path).zip(directions);
+                    reuse.sampled(vertex, &mut wave.paths, samples);
+                }
                 self.resolve_shadows(&mut wave, record, counts);
+                if let Some(reuse) = &mut wave.reuse {
+                    reuse.passed(vertex, &mut wave.paths);
+                }
                 wave.active.retain(|&i| wave.paths[i as usize].alive);
             }
             if let Some(reuse) = &mut wave.reuse {
