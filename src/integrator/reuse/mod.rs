@@ -226,10 +226,11 @@ impl Walker<'_> {
                 let Some(joint) = joint(reuse, to) else { continue };
                 let Some((wi, geometry)) = joint.seen_from(surface.p()) else { continue };
                 let (f, pdf) = surface.bsdf.eval_pdf(wo, surface.frame.to_local(wi));
-                let density = f64::from(pdf.0) * geometry;
-                if f.is_black() && !(density > 0.0) {
+                // Its own path would have ended, so that it does not find the joint, whatever the density.
+                if f.is_black() {
                     continue;
                 }
+                let density = f64::from(pdf.0) * geometry;
                 let [near, far] = [Rgb::BLACK; 2];
                 reuse.links.push(Link { from, to, wi, f, near, far, geometry, density });
                 reuse.rays.push(surface.ray_to(wi, &joint.point));
