@@ -57,6 +57,15 @@ pub(super) struct Seen {
     below_film: f32,
 }
 
+impl Gltf {
+    /// See [`super::Bsdf::is_wide`]. A coat is narrow.
+    pub(super) fn is_wide(&self) -> bool {
+        let alpha = sqr(self.is.roughness);
+        let is_bare = !(self.is.clearcoat > 0.0) && !self.lobes().transmits;
+        is_bare && Microfacets::new(Distribution::Ggx, alpha, alpha).is_wide(false)
+    }
+}
+
 impl Layers {
     /// The coat's index of refraction, by its extension.
     pub(super) const COAT_IOR: f32 = 1.5;

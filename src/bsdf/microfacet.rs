@@ -93,6 +93,14 @@ impl Microfacets {
         self.alpha.min_element()
     }
 
+    /// See [`super::Bsdf::is_wide`]. `sure` says that something else scatters in all directions in all channels.
+    pub(super) fn is_wide(&self, sure: bool) -> bool {
+        /// The least α: seen from 30° beside its middle, a lobe is a third as bright.
+        const LEAST: f32 = 0.3;
+        // Beckmann's density far from the normal is too small for f32.
+        self.smallest_alpha() >= LEAST && (sure || self.distribution == Distribution::Ggx)
+    }
+
     /// Density of microfacets with normal `m` per solid angle and unit area of surface; `m` above the surface.
     #[inline]
     pub(super) fn d(&self, m: Vec3) -> f32 {

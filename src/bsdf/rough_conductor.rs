@@ -60,6 +60,11 @@ impl RoughConductor {
         Lobes { smooth: true, delta: false, transmits: false, anisotropic: self.facets.is_anisotropic() }
     }
 
+    /// See [`super::Bsdf::is_wide`].
+    pub(super) fn is_wide(&self) -> bool {
+        self.facets.is_wide(false)
+    }
+
     /// Overrides one parameter; whether there is such a one.
     pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
         match parameter {

@@ -121,6 +121,11 @@ impl RoughPlastic {
         Lobes { smooth: true, delta: false, transmits: false, anisotropic: self.facets.is_anisotropic() }
     }
 
+    /// See [`super::Bsdf::is_wide`].
+    pub(super) fn is_wide(&self) -> bool {
+        self.facets.is_wide(self.base.reflectance.0.min_element() > 0.0)
+    }
+
     /// Overrides one parameter; whether there is such a one. The roughness is not: the table depends on it.
     pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
         match parameter {

@@ -89,6 +89,13 @@ struct Pending {
     radiance: Rgb,
 }
 
+impl Shadows {
+    /// The paths of a wave whose light samples wait, in order, and the directions of those, of any length.
+    pub(super) fn directions(&self) -> impl Iterator<Item = (u32, Vec3)> {
+        self.pending.iter().zip(&self.rays).map(|(pending, ray)| (pending.path, ray.d))
+    }
+}
+
 impl Walker<'_> {
     /// Samples one light for the path `id` of a wave, which is on `hit`.
     #[inline(always)]

@@ -149,7 +149,13 @@ impl Walker<'_> {
                 }
                 self.draw::<T>(&mut wave, vertex);
                 self.advance_all::<T>(&mut wave, record);
+                if let Some(reuse) = &mut wave.reuse {
+                    reuse.sampled(vertex, &mut wave.paths, wave.shadows.directions());
+                }
                 self.resolve_shadows(&mut wave.shadows, &mut wave.paths, record, counts);
+                if let Some(reuse) = &mut wave.reuse {
+                    reuse.passed(vertex, &mut wave.paths);
+                }
                 wave.active.retain(|&i| wave.paths[i as usize].alive);
             }
             if let Some(reuse) = &mut wave.reuse {

@@ -233,6 +233,11 @@ impl Resolver<'_> {
     fn perturbed(&self, normal: NormalSource, terminator: Terminator, outer: Option<Perturbation>) -> Perturbation {
         let wo = own(outer.as_ref(), self.place.wo);
         let mut n = self.mapped(normal, outer.as_ref());
+        // As given, if only the signs of cosines decide what becomes of it.
+        let given = match (&outer, terminator) {
+            (Some(Perturbation { is_own: true, .. }), _) | (_, Terminator::Bend) => Vec3::ZERO,
+            (outer, Terminator::Cut { .. }) => outer.as_ref().map_or(n, |outer| outer.frame.to_world(n)),
+        };
         let (flip_invalid, shadowing) = match terminator {
             Terminator::Cut { flip_invalid, shadowing } => (flip_invalid, shadowing),
             Terminator::Bend => (false, false),
@@ -250,10 +255,10 @@ impl Resolver<'_> {
         const SLOPE_VARIANCE: f32 = 0.125;
         let fade = if shadowing { (SLOPE_VARIANCE * (sqr(n.x) + sqr(n.y)) / sqr(n.z)).min(1.0) } else { 0.0 };
         match outer {
-            None => Perturbation { frame, base: 1.0, is_own: true, fade },
+            None => Perturbation { frame, base: 1.0, is_own: true, given, fade },
             Some(outer) => {
                 let [s, t, n] = [frame.s, frame.t, frame.n].map(|axis| outer.frame.to_world(axis));
-                Perturbation { frame: Frame { s, t, n }, is_own: true, fade, ..outer }
+                Perturbation { frame: Frame { s, t, n }, is_own: true, given, fade, ..outer }
             }
         }
     }
@@ -271,6 +276,7 @@ fn mirrored(perturbation: Option<Perturbation>) -> Perturbation {
             frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::NEG_Z },
             base: -1.0,
             is_own: false,
+            given: Vec3::NEG_Z,
             fade: 0.0,
         },
         Some(p) => Perturbation { frame: Frame { n: -p.frame.n, ..p.frame }, base: -p.base, ..p },

@@ -32,6 +32,9 @@ pub struct Perturbation {
     /// Whether there is a normal of its own, not only a mirrored one: then no direction scatters to another side than
     /// that which the base normal says.
     pub is_own: bool,
+    /// The normal before it was turned to the viewer, in the shading frame; zero where it may be another for another viewer for other
+    /// reasons, too.
+    pub given: Vec3,
     /// α² of the function by which light fades out towards the terminator of the base normal; 0 where it does not.
     pub fade: f32,
 }
@@ -52,7 +55,24 @@ impl Perturbation {
     }
 }
 
+impl Perturbation {
+    /// Whether it is the same seen from the directions `a` and `b` on the same side of the surface, and both see the same side of it.
+    fn is_alike(&self, a: Vec3, b: Vec3) -> bool {
+        [self.frame.n, self.given].into_iter().all(|n| n.dot(a) * n.dot(b) > 0.0)
+    }
+}
+
 impl Layer {
+    /// See [`super::Scatter::is_wide`].
+    pub(super) fn is_wide(&self) -> bool {
+        self.bsdf.is_wide() && self.perturbation.is_none_or(|p| p.given != Vec3::ZERO)
+    }
+
+    /// See [`super::Scatter::is_alike`].
+    pub(super) fn is_alike(&self, a: Vec3, b: Vec3) -> bool {
+        self.perturbation.is_none_or(|p| p.is_alike(a, b))
+    }
+
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
         let Some(perturbation) = &self.perturbation else { return self.bsdf.eval_pdf(wo, wi) };
         let frame = &perturbation.frame;

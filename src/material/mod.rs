@@ -115,6 +115,23 @@ impl Scatter<'_> {
         }
     }
 
+    /// Whether it scatters widely: see [`Bsdf::is_wide`].
+    pub fn is_wide(&self) -> bool {
+        match self {
+            Self::One(bsdf) => bsdf.is_wide(),
+            Self::Layers(layers) => layers.iter().all(Layer::is_wide),
+        }
+    }
+
+    /// Whether it is worked out alike, and scatters to the same directions, seen from `a` and from `b`, which are on the same side of
+    /// the surface: normals of its own may be turned to the viewer.
+    pub fn is_alike(&self, a: Vec3, b: Vec3) -> bool {
+        match self {
+            Self::One(_) => true,
+            Self::Layers(layers) => layers.iter().all(|layer| layer.is_alike(a, b)),
+        }
+    }
+
     /// The lobes of all bsdfs in it.
     #[inline(always)]
     pub fn lobes(&self) -> Lobes {

@@ -13,11 +13,14 @@
 //! f with its cosine at x, G = |cos θ_y|/|x − y|² where they see each other. The sum of weights is 1 for every y, so the
 //! expected value is that of the path alone, whatever the neighbours are; the noise of neighbours is alike, but less.
 //!
+//! Where y is not diffuse but scatters widely, R depends on who looks: [`apart`] has what is shared then.
+//!
 //! What stays a path's own: light that it samples at x or runs into at y, and everything where x scatters by a delta lobe
-//! or y is anything but diffuse.
+//! or y scatters narrowly or lets light through.
 //!
 //! Who shares with whom is the business of [`group`]; whether it pays, of [`super::trial`].
 
+mod apart;
 mod group;
 
 pub(super) use group::{BLOCK, Group, grouped_ids};
@@ -31,6 +34,7 @@ use crate::math::ray::Ray;
 use crate::scene::Surface;
 use crate::shape::offset::SurfacePoint;
 use crate::spectrum::Rgb;
+use apart::Apart;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 use std::time::Instant;
@@ -46,6 +50,8 @@ struct Joint {
     sides: [Vec3; 2],
     /// Density with which the path itself finds the point, with respect to area.
     density: f64,
+    /// Index of what arrives there, if what leaves is not alike in all directions.
+    apart: Option<u32>,
     /// Radiance of the path up to here; once the path has ended, what it found beyond, per unit of what it carries.
     radiance: Rgb,
 }
@@ -68,8 +74,14 @@ struct Link {
     /// Indices of the paths.
     from: usize,
     to: usize,
+    /// The direction, from the first vertex to the joint.
+    wi: Vec3,
     /// f·|cos| at the first vertex.
     f: Rgb,
+    /// What the joint scatters along it, if that depends on the direction: of the light that path `to` sampled there or met next ...
+    near: Rgb,
+    /// ... and of what it found beyond.
+    far: Rgb,
     /// |cos|/distance² at the joint.
     geometry: f64,
     /// Density with which the first vertex finds the joint, with respect to area.
@@ -83,10 +95,14 @@ pub(super) struct Reuse {
     first: Vec<(Ray, Hit)>,
     /// Of all paths.
     joints: Vec<Option<Joint>>,
+    /// What arrives at joints that do not scatter alike in all directions, in the order of paths.
+    apart: Vec<Apart>,
     links: Vec<Link>,
     rays: Vec<Ray>,
     ends: Vec<[Hit; 2]>,
     occluded: Vec<bool>,
+    /// Links of a group that nothing hides, by joint.
+    free: Vec<u32>,
 }
 
 impl Reuse {
@@ -96,24 +112,47 @@ impl Reuse {
         self.first.extend(paths.iter().zip(hits).map(|(path, hit)| (path.ray, *hit)));
         self.joints.clear();
         self.joints.resize(paths.len(), None);
+        self.apart.clear();
     }
 
-    /// What path `index` finds from now on counts for others, too, if the surface is diffuse; `hit` is its second.
+    /// What path `index` finds from now on counts for others, too, if the surface scatters widely; `hit` is its second.
     #[inline(never)]
     pub(super) fn join(&mut self, index: usize, path: &mut PathState, surface: &Surface<'_>, hit: Hit) {
         let Segment::Smooth { pdf, from, .. } = path.segment else { return };
-        if !matches!(surface.bsdf, Scatter::One(Bsdf::Diffuse(_))) {
+        let alike = matches!(surface.bsdf, Scatter::One(Bsdf::Diffuse(_)));
+        if !(alike || surface.bsdf.is_wide()) {
             return;
         }
         let towards = |n: Vec3| if n.dot(surface.wo) < 0.0 { -n } else { n };
         let sides = [towards(surface.point.n), towards(surface.frame.n)];
-        let mut joint = Joint { point: surface.point, hit, sides, density: 0.0, radiance: path.radiance };
+        let mut joint = Joint { point: surface.point, hit, sides, density: 0.0, apart: None, radiance: path.radiance };
         let Some((_, geometry)) = joint.seen_from(from) else { return };
         joint.density = f64::from(pdf.0) * geometry;
+        if !alike {
+            joint.apart = Some(self.apart.len() as u32);
+            self.apart.push(Apart::new(index as u32, path));
+        }
         self.joints[index] = Some(joint);
         path.carried = path.throughput;
         path.throughput = Rgb::WHITE;
         path.radiance = Rgb::BLACK;
+    }
+
+    /// Before it is known which light samples of vertex `vertex` (counted from 0) are visible: `samples` are their paths and
+    /// directions.
+    pub(super) fn sampled(&mut self, vertex: u32, paths: &mut [PathState], samples: impl Iterator<Item = (u32, Vec3)>) {
+        match vertex {
+            1 => apart::look_for_lights(&mut self.apart, samples),
+            2 => apart::take_met(&mut self.apart, paths),
+            _ => {}
+        }
+    }
+
+    /// After the vertex.
+    pub(super) fn passed(&mut self, vertex: u32, paths: &mut [PathState]) {
+        if vertex == 1 {
+            apart::part(&mut self.apart, paths);
+        }
     }
 }
 
@@ -127,6 +166,7 @@ impl Walker<'_> {
         layers: &mut Vec<Layer>,
         counts: &mut RayCounts,
     ) {
+        apart::meet(&mut reuse.apart, paths);
         for (joint, path) in reuse.joints.iter_mut().zip(&mut *paths) {
             if let Some(joint) = joint {
                 std::mem::swap(&mut joint.radiance, &mut path.radiance);
@@ -150,16 +190,19 @@ impl Walker<'_> {
         self.scene.accel.occluded_between(&reuse.rays, &reuse.ends, &mut reuse.occluded);
         counts.time += now.elapsed();
         for (members, links) in groups {
+            let Reuse { joints, apart, links: all, occluded, free, .. } = reuse;
+            free.clear();
+            free.extend(links.filter(|&l| !occluded[l]).map(|l| l as u32));
+            free.sort_by_key(|&l| all[l as usize].to);
+            let mut rest = &free[..];
             for to in members {
-                let Some(joint) = &reuse.joints[to] else { continue };
-                let found = joint.radiance;
-                let free = || links.clone().filter(|&l| reuse.links[l].to == to && !reuse.occluded[l]);
-                let density = joint.density + free().map(|l| reuse.links[l].density).sum::<f64>();
-                let own = (joint.density / density) as f32;
-                let carried = paths[to].carried;
-                paths[to].radiance += carried * found * own;
-                for link in free().map(|l| &reuse.links[l]) {
-                    paths[link.from].radiance += link.f * found * (link.geometry / density) as f32;
+                let Some(joint) = &joints[to] else { continue };
+                let count = rest.iter().take_while(|&&l| all[l as usize].to == to).count();
+                let (free, others) = rest.split_at(count);
+                rest = others;
+                match joint.apart {
+                    Some(index) => self.give((joint, &apart[index as usize]), all, free, paths, layers),
+                    None => give_alike(joint, to, free.iter().map(|&l| &all[l as usize]), paths),
                 }
             }
         }
@@ -182,14 +225,29 @@ impl Walker<'_> {
                 let Some(joint) = joint(reuse, to) else { continue };
                 let Some((wi, geometry)) = joint.seen_from(surface.p()) else { continue };
                 let (f, pdf) = surface.bsdf.eval_pdf(wo, surface.frame.to_local(wi));
-                let density = f64::from(pdf.0) * geometry;
-                if f.is_black() && !(density > 0.0) {
+                // Its own path would have ended, so that it does not find the joint, whatever the density.
+                if f.is_black() {
                     continue;
                 }
-                reuse.links.push(Link { from, to, f, geometry, density });
+                let density = f64::from(pdf.0) * geometry;
+                let [near, far] = [Rgb::BLACK; 2];
+                reuse.links.push(Link { from, to, wi, f, near, far, geometry, density });
                 reuse.rays.push(surface.ray_to(wi, &joint.point));
                 reuse.ends.push([hit, joint.hit]);
             }
         }
+    }
+}
+
+/// Gives what was found beyond a joint of path `to` that scatters alike in all directions to its own path, and to those who see it
+/// by `links`.
+fn give_alike<'a>(joint: &Joint, to: usize, links: impl Iterator<Item = &'a Link> + Clone, paths: &mut [PathState]) {
+    let found = joint.radiance;
+    let density = joint.density + links.clone().map(|link| link.density).sum::<f64>();
+    let own = (joint.density / density) as f32;
+    let carried = paths[to].carried;
+    paths[to].radiance += carried * found * own;
+    for link in links {
+        paths[link.from].radiance += link.f * found * (link.geometry / density) as f32;
     }
 }
