@@ -6,7 +6,7 @@ mod common;
 
 use common::*;
 use snell::accel::Accelerator;
-use snell::integrator::Estimator;
+use snell::integrator::{Estimator, Undecided};
 use snell::render::RenderSettings;
 use snell::sampler::SamplerKind;
 
@@ -85,4 +85,17 @@ fn samplers_without_numbers_for_more_take_one() {
     one.sampler.kind = SamplerKind::ZSobol { log_samples: snell::sampler::MOST_LOG_SAMPLES };
     let pictures = [1, 4].map(|n| picture(&scene, &with_samples(n, &one)));
     assert_eq!(pictures[0].pixels(), pictures[1].pixels());
+}
+
+/// They are taken where a choice among many lights makes the noise, not where one lamp does, nor where there is no choice.
+#[test]
+fn a_trial_decides() {
+    let taken = |name: &str| {
+        let scratch = tempfile::tempdir().unwrap();
+        let description = load_scene(name, 64, scratch.path());
+        let scene = compiled(&description, Accelerator::Auto);
+        let settings = file_settings(&description, Estimator::Path, 1);
+        settings.integrator.with_what_pays(&scene, Undecided { reuse: false, light_samples: true }).light_samples
+    };
+    assert_eq!(["many-lights", "cornell-box", "furnace"].map(taken), [4, 1, 1]);
 }

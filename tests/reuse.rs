@@ -7,8 +7,8 @@ mod common;
 use common::*;
 use snell::accel::Accelerator;
 use snell::film::SampleId;
-use snell::integrator::Estimator;
 use snell::integrator::record::Event;
+use snell::integrator::{Estimator, Undecided};
 use snell::render::RenderSettings;
 use snell::spectrum::Rgb;
 
@@ -129,7 +129,7 @@ fn a_trial_decides() {
         let description = load_scene(name, 64, scratch.path());
         let scene = compiled(&description, Accelerator::Auto);
         let settings = file_settings(&description, Estimator::Path, 1);
-        settings.integrator.with_reuse_where_it_pays(&scene).reuse
+        settings.integrator.with_what_pays(&scene, Undecided { reuse: true, light_samples: false }).reuse
     };
     assert!(pays("cornell-box"));
     assert!(!pays("furnace"), "one bounce under a constant sky");
