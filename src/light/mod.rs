@@ -3,6 +3,7 @@
 //! Lights ask no rays: whether a sampled point is visible is the integrator's business.
 
 mod area;
+mod circle;
 mod constant;
 mod directional;
 mod environment;
@@ -14,6 +15,7 @@ mod sampler;
 mod slide;
 mod spot;
 mod tree;
+mod triangles;
 mod varying;
 
 pub use area::AreaLight;
