@@ -31,7 +31,6 @@ pub struct AreaLight {
 
 /// How points of a shape are found.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one a light, and read for every sample of it")]
 enum Points {
     /// A quadric knows.
     Quadric,
