@@ -1,7 +1,9 @@
 //! Surfaces that emit the same radiance from every point of their front side, in every direction of that side.
 
 use super::LightSample;
+use super::circle::Circle;
 use super::quad::Quad;
+use super::triangles::Triangles;
 use crate::math::frame::Frame;
 use crate::sampling::distribution::Discrete;
 use crate::sampling::pdf::{AreaPdf, SolidAnglePdf};
@@ -9,7 +11,7 @@ use crate::sampling::warp;
 use crate::shape::cylinder::Cylinder;
 use crate::shape::offset::SurfacePoint;
 use crate::shape::sphere::Sphere;
-use crate::shape::{Hit, Shape};
+use crate::shape::{Hit, Shape, TriangleMesh};
 use crate::spectrum::Rgb;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -29,14 +31,17 @@ pub struct AreaLight {
 
 /// How points of a shape are found.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one a light, and read for every sample of it")]
 enum Points {
     /// A quadric knows.
     Quadric,
+    /// A disk that is seen as a circle.
+    Circle(Circle),
     /// Two triangles as what they are together.
     Quad(Quad),
+    /// A few triangles.
+    Few(Triangles),
     /// Triangles in proportion to their areas.
-    Triangles(Discrete),
+    Many(Discrete),
 }
 
 /// What a point sees of a sphere that it is outside of.
@@ -51,10 +56,12 @@ impl AreaLight {
     /// `shape` is the index of `surface`. `None` where the surface has no area.
     pub fn new(shape: u32, surface: &Shape, radiance: Rgb) -> Option<Self> {
         let points = match surface {
-            Shape::Mesh(mesh) => match Quad::of(mesh) {
-                Some(quad) => Points::Quad(quad),
-                None => Points::Triangles(Discrete::new(mesh.areas())?),
+            Shape::Mesh(mesh) => match (Quad::of(mesh), Triangles::of(mesh)) {
+                (Some(quad), _) => Points::Quad(quad),
+                (None, Some(few)) => Points::Few(few),
+                (None, None) => Points::Many(Discrete::new(mesh.areas())?),
             },
+            Shape::Disk(disk) => Circle::of(disk).map_or(Points::Quadric, Points::Circle),
             _ => Points::Quadric,
         };
         let pdf = AreaPdf((1.0 / surface.area()) as f32);
@@ -69,7 +76,8 @@ impl AreaLight {
                 let (face, end, pdf) = quad.sample(mesh, p, n, u);
                 self.towards_by(p, |d2, cos| pdf.to_solid_angle(d2, cos), end, face)
             }
-            (Shape::Mesh(mesh), Points::Triangles(triangles)) => {
+            (Shape::Mesh(mesh), Points::Few(few)) => self.sample_few(mesh, few, &p, u),
+            (Shape::Mesh(mesh), Points::Many(triangles)) => {
                 let (face, x) = triangles.sample(u.x);
                 let b = warp::square_to_triangle(Vec2::new(x, u.y));
                 let end = mesh.point(face as u32, b.as_dvec3().to_array()).point;
@@ -80,6 +88,12 @@ impl AreaLight {
     }
 
     #[inline(never)]
+    fn sample_few(&self, mesh: &TriangleMesh, few: &Triangles, p: &DVec3, u: Vec2) -> Option<LightSample> {
+        let (face, end, pdf) = few.sample(mesh, p, u);
+        self.towards_by(*p, |d2, cos| pdf.to_solid_angle(d2, cos), end, face)
+    }
+
+    #[inline(never)]
     pub(super) fn sample_quadric(&self, surface: &Shape, &p: &DVec3, u: Vec2) -> Option<LightSample> {
         match surface {
             Shape::Mesh(_) | Shape::Placed(_) => unreachable!("a mesh is no quadric, and what is placed is no light"),
@@ -87,7 +101,13 @@ impl AreaLight {
                 Some(cap) => self.sample_cap(sphere, &cap, p, u),
                 None => self.towards(p, self.pdf, sphere.point(warp::square_to_uniform_sphere(u).as_dvec3()).point, 0),
             },
-            Shape::Disk(disk) => self.towards(p, self.pdf, disk.point(warp::square_to_disk(u).as_dvec2()).point, 0),
+            Shape::Disk(disk) => match &self.points {
+                Points::Circle(circle) => {
+                    let (end, pdf) = circle.sample(disk, p, u);
+                    self.towards_by(p, |d2, cos| pdf.to_solid_angle(d2, cos), end, 0)
+                }
+                _ => self.towards(p, self.pdf, disk.point(warp::square_to_disk(u).as_dvec2()).point, 0),
+            },
             Shape::Cylinder(cylinder) => {
                 let arc = Arc::of(cylinder, p);
                 let xy = arc.point(u.x);
@@ -105,15 +125,26 @@ impl AreaLight {
                 let pdf = quad.pdf(p, n, end.p);
                 Self::per_solid_angle(p, |d2, cos| pdf.to_solid_angle(d2, cos), end)
             }
-            (Shape::Mesh(_) | Shape::Disk(_) | Shape::Placed(_), _) => Self::seen_from(p, self.pdf, end),
-            (Shape::Sphere(_) | Shape::Cylinder(_), _) => self.quadric_pdf(surface, &p, &{ *end }),
+            (Shape::Mesh(_), Points::Few(few)) => {
+                let pdf = few.pdf(&p);
+                Self::per_solid_angle(p, |d2, cos| pdf.to_solid_angle(d2, cos), end)
+            }
+            (Shape::Mesh(_) | Shape::Placed(_), _) => Self::seen_from(p, self.pdf, end),
+            (Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_), _) => self.quadric_pdf(surface, &p, &{ *end }),
         }
     }
 
     #[inline(never)]
     fn quadric_pdf(&self, surface: &Shape, &p: &DVec3, end: &SurfacePoint) -> SolidAnglePdf {
         match surface {
-            Shape::Mesh(_) | Shape::Disk(_) | Shape::Placed(_) => Self::seen_from(p, self.pdf, end),
+            Shape::Mesh(_) | Shape::Placed(_) => Self::seen_from(p, self.pdf, end),
+            Shape::Disk(_) => match &self.points {
+                Points::Circle(circle) => {
+                    let pdf = circle.pdf(p, end.p);
+                    Self::per_solid_angle(p, |d2, cos| pdf.to_solid_angle(d2, cos), end)
+                }
+                _ => Self::seen_from(p, self.pdf, end),
+            },
             Shape::Sphere(sphere) => match Cap::of(sphere, p) {
                 Some(cap) => warp::square_to_uniform_cone_pdf(cap.one_minus_cos as f32),
                 None => Self::seen_from(p, self.pdf, end),

@@ -4,6 +4,7 @@
 
 mod area;
 mod beams;
+mod circle;
 mod constant;
 mod directional;
 mod environment;
@@ -15,6 +16,7 @@ mod sampler;
 mod slide;
 mod spot;
 mod tree;
+mod triangles;
 mod varying;
 
 pub use area::AreaLight;

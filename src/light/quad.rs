@@ -11,7 +11,7 @@
 //! other means is that of sampling it.
 
 use crate::math::float::max;
-use crate::sampling::pdf::{AreaPdf, SolidAnglePdf};
+use crate::sampling::pdf::{AreaPdf, PointPdf, SolidAnglePdf};
 use crate::sampling::warp::unit_to_linear;
 use crate::shape::TriangleMesh;
 use crate::shape::offset::SurfacePoint;
@@ -122,19 +122,19 @@ impl Quad {
     /// A point of the mesh, its face, and the density with which it is found from `p`, where surfaces face `n` or, if that is
     /// zero, all sides; `None` where `p` sees nothing of it.
     #[inline(always)]
-    pub(super) fn sample(&self, mesh: &TriangleMesh, p: DVec3, n: Vec3, u: Vec2) -> (u32, SurfacePoint, QuadPdf) {
+    pub(super) fn sample(&self, mesh: &TriangleMesh, p: DVec3, n: Vec3, u: Vec2) -> (u32, SurfacePoint, PointPdf) {
         let (st, pdf) = match self.way(p, n) {
             Way::Near(seen) => {
-                (self.near_point(&seen, u), QuadPdf::SolidAngle(SolidAnglePdf((1.0 / seen.angle) as f32)))
+                (self.near_point(&seen, u), PointPdf::SolidAngle(SolidAnglePdf((1.0 / seen.angle) as f32)))
             }
-            Way::Uniform => (u.as_dvec2(), QuadPdf::Area(AreaPdf(self.uniform))),
+            Way::Uniform => (u.as_dvec2(), PointPdf::Area(AreaPdf(self.uniform))),
             Way::Between(w) => {
                 let [w0, w1, w2, w3] = w.map(f64::from);
                 let t = unit_to_linear(u.y, w0 + w1, w3 + w2);
                 let y = f64::from(t);
                 let s = unit_to_linear(u.x, w0 + (w3 - w0) * y, w1 + (w2 - w1) * y);
                 let st = DVec2::new(s.into(), y);
-                (st, QuadPdf::Area(self.bilinear_pdf(&w, st)))
+                (st, PointPdf::Area(self.bilinear_pdf(&w, st)))
             }
         };
         let (s, t) = (st.x, st.y);
@@ -150,14 +150,14 @@ impl Quad {
 
     /// The density with which a point of the mesh is found from `p`.
     #[inline(always)]
-    pub(super) fn pdf(&self, p: DVec3, n: Vec3, end: DVec3) -> QuadPdf {
+    pub(super) fn pdf(&self, p: DVec3, n: Vec3, end: DVec3) -> PointPdf {
         match self.way(p, n) {
-            Way::Near(seen) => QuadPdf::SolidAngle(SolidAnglePdf((1.0 / seen.angle) as f32)),
-            Way::Uniform => QuadPdf::Area(AreaPdf(self.uniform)),
+            Way::Near(seen) => PointPdf::SolidAngle(SolidAnglePdf((1.0 / seen.angle) as f32)),
+            Way::Uniform => PointPdf::Area(AreaPdf(self.uniform)),
             Way::Between(w) => {
                 let q = end - self.v0;
                 let st = DVec2::from_array(self.duals.map(|dual| q.dot(dual).clamp(0.0, 1.0)));
-                QuadPdf::Area(self.bilinear_pdf(&w, st))
+                PointPdf::Area(self.bilinear_pdf(&w, st))
             }
         }
     }
@@ -253,24 +253,6 @@ impl Quad {
     }
 }
 
-/// A density of points of a quad.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum QuadPdf {
-    Area(AreaPdf),
-    SolidAngle(SolidAnglePdf),
-}
-
-impl QuadPdf {
-    /// Per solid angle, for a point at this squared distance that is seen under this cosine.
-    #[inline(always)]
-    pub(super) fn to_solid_angle(self, distance_squared: f32, cos: f32) -> SolidAnglePdf {
-        match self {
-            Self::Area(pdf) => pdf.to_solid_angle(distance_squared, cos),
-            Self::SolidAngle(pdf) => pdf,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -330,8 +312,8 @@ mod tests {
             let to = end.p - p;
             let cos = (to.dot(end.n.as_dvec3()) / to.length()).abs();
             match pdf {
-                QuadPdf::Area(pdf) => pdf.0.into(),
-                QuadPdf::SolidAngle(pdf) => f64::from(pdf.0) * cos / to.length_squared(),
+                PointPdf::Area(pdf) => pdf.0.into(),
+                PointPdf::SolidAngle(pdf) => f64::from(pdf.0) * cos / to.length_squared(),
             }
         })
     }

@@ -57,7 +57,7 @@ fn table() -> Vec<Row> {
         quadric("sphere", round(0.3, 0.3), &[&outside[..], &[p(0.04448, -0.0806, -0.00736)]].concat(), &sphere(false)),
         quadric("small sphere", round(1e-3, 1e-3), &outside, &sphere(false)),
         quadric("sphere from inside", round(0.9, 0.9), &outside[..2], &sphere(true)),
-        quadric("disk", round(0.3, 1.0), &above, &disk),
+        quadric("disk", round(0.3, 1.0), &[&[p(-0.1, 0.35, -0.19)], &above[..]].concat(), &disk),
         quadric("small disk", round(1e-3, 1.0), &above, &disk),
         quadric("ellipse", oblique, &above, &disk),
         quadric("cylinder", round(0.2, 0.4), &[&outside[..], &[p(0.11, 0.1, 0.0)]].concat(), &cylinder(false)),
@@ -80,7 +80,7 @@ fn meshes(outside: &[Vec3]) -> Vec<Row> {
     let tetrahedron = [Vec3::ZERO, 0.3 * Vec3::X, 0.4 * Vec3::Y, 0.5 * Vec3::Z];
     let above = [p(0.1, 0.0, 0.1), p(0.0, 0.1, 0.9), p(0.9, 0.5, 0.2)];
     vec![
-        mesh("triangle", &quad[..3], &[[0, 1, 2]], &outside[..3]),
+        mesh("triangle", &quad[..3], &[[0, 1, 2]], &[&[p(0.3, -0.1, 0.06)], &outside[..3]].concat()),
         mesh("quad", &quad, &[[0, 1, 2], [0, 2, 3]], &above),
         mesh("quad, turned", &quad, &[[1, 2, 0], [2, 3, 0]], &above),
         mesh("parallelogram", &[quad[0], quad[1], quad[2] + shear, quad[3] + shear], &[[2, 0, 1], [3, 0, 2]], &above),
@@ -275,8 +275,8 @@ fn bright_triangles_are_chosen_more_often() {
     let from = DVec3::new(0.3, 0.4, 0.9);
     for (face, area) in areas.iter().enumerate() {
         let end = mesh.point(face as u32, [0.2, 0.3, 0.5]).point;
-        let ratio =
-            light.pdf(&row.surface, &from, &end, face as u32).0 / plain.pdf(&row.surface, from, Vec3::ZERO, &end).0;
+        let by_area = AreaLight::seen_from(from, plain.uniform_pdf(), &end);
+        let ratio = light.pdf(&row.surface, &from, &end, face as u32).0 / by_area.0;
         let expected = if face == 2 { 0.5 + 0.5 * total / area } else { 0.5 };
         assert!((f64::from(ratio) / expected - 1.0).abs() < 1e-5, "{face}: {ratio}, {expected}");
     }
@@ -289,10 +289,12 @@ fn bright_triangles_are_chosen_more_often() {
 fn wrong_densities_are_rejected() {
     let distance2 = |p: DVec3, end: &SurfacePoint| (end.p - p).length_squared();
     let cos = |p: DVec3, end: &SurfacePoint| (end.p - p).normalize().dot(end.n.as_dvec3()).abs();
-    let claims: [(&str, &str, &Claim<'_>); 7] = [
+    let claims: [(&str, &str, &Claim<'_>); 9] = [
         ("quad", "no cosine", &|l, s, p, end| right(l, s, p, end) * cos(p, end)),
         ("quad", "uniform over the area", &|_, s, p, end| distance2(p, end) / (s.area() * cos(p, end))),
         ("disk", "no squared distance", &|l, s, p, end| right(l, s, p, end) / distance2(p, end)),
+        ("disk", "uniform over the area", &|_, s, p, end| distance2(p, end) / (s.area() * cos(p, end))),
+        ("triangle", "uniform over the area", &|_, s, p, end| distance2(p, end) / (s.area() * cos(p, end))),
         ("ellipse", "an area without π", &|l, s, p, end| right(l, s, p, end) * std::f64::consts::PI),
         ("sphere", "uniform over the area", &|_, s, p, end| distance2(p, end) / (s.area() * cos(p, end))),
         ("cylinder", "as if its back were sampled, too", &|l, s, p, end| 0.5 * right(l, s, p, end)),

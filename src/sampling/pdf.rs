@@ -19,6 +19,32 @@ impl AreaPdf {
     }
 }
 
+/// A density of points of a surface, as what was sampled has it.
+#[derive(Clone, Copy, Debug)]
+pub enum PointPdf {
+    /// Of points.
+    Area(AreaPdf),
+    /// Of directions to them.
+    SolidAngle(SolidAnglePdf),
+}
+
+impl PointPdf {
+    /// Per solid angle, for a point at this squared distance that is seen under this cosine; see [`AreaPdf::to_solid_angle`].
+    #[inline(always)]
+    pub fn to_solid_angle(self, distance_squared: f32, cos_at_surface: f32) -> SolidAnglePdf {
+        match self {
+            Self::Area(pdf) => pdf.to_solid_angle(distance_squared, cos_at_surface),
+            Self::SolidAngle(pdf) => pdf,
+        }
+    }
+
+    /// Whether it can be divided by.
+    pub fn is_positive(self) -> bool {
+        let (Self::Area(AreaPdf(pdf)) | Self::SolidAngle(SolidAnglePdf(pdf))) = self;
+        pdf > 0.0 && pdf.is_finite()
+    }
+}
+
 impl std::ops::Mul<f32> for SolidAnglePdf {
     type Output = Self;
     /// The density of choosing with probability `p` first, then by this density.

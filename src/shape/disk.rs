@@ -68,8 +68,23 @@ impl Disk {
     /// (a, b) of the crossing at distance t.
     #[inline]
     fn coordinates(&self, ray: &impl Line, t: f64) -> DVec2 {
-        let q = ray.origin() + t * ray.direction() - self.centre;
+        self.coordinates_of(ray.origin() + t * ray.direction())
+    }
+
+    /// (a, b) of a point of its plane.
+    #[inline]
+    pub fn coordinates_of(&self, p: DVec3) -> DVec2 {
+        let q = p - self.centre;
         DVec2::new(q.dot(self.dual_u), q.dot(self.dual_v))
+    }
+
+    /// Centre, unit normal of the front, and radius; `None` of an ellipse that is no circle, to the digits of a file.
+    pub fn circle(&self) -> Option<(DVec3, DVec3, f64)> {
+        /// By how much its half axes may differ from being perpendicular and of the same length, relative to that.
+        const ROUNDING: f64 = 1e-5;
+        let [u, v] = [self.u.length(), self.v.length()];
+        let is_circle = (u - v).abs() <= ROUNDING * u && self.u.dot(self.v).abs() <= ROUNDING * u * v;
+        is_circle.then_some((self.centre, self.n, (u * v).sqrt()))
     }
 
     /// Where a ray that an accelerator says meets the disk meets it.
