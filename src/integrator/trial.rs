@@ -2,9 +2,9 @@
 //!
 //! Where most noise is that of direct light, or of surfaces that nobody can share, sharing costs more than it gains; and only where
 //! it is that of direct light, more light samples do. So blocks of pixels over the whole film are sampled in either way: the
-//! variance of a pixel's samples, relative to the square of the block's mean, times the rays that were traced, is what is compared.
-//! (A vote of the blocks' medians fails where noise is rare and strong, as most blocks have not seen it yet; a path that carries much
-//! has the same share in both sums.) The numbers are the trial's own, always the same, so that the answer depends on the scene and
+//! standard deviation of a pixel's samples, relative to the block's mean, its sum's square times the rays that were traced, is what is
+//! compared. (Of variances the few strongest paths would decide, and a vote of the blocks fails where noise is rare and strong, as
+//! most have not seen it yet.) The numbers are the trial's own, always the same, so that the answer depends on the scene and
 //! on the limits of paths alone: not on seed, crop or number of samples, and not on the machine.
 
 use super::reuse::BLOCK;
@@ -33,8 +33,12 @@ const SEED: u64 = 0x7472_6961_6c73;
 /// is a third of white, relMSE's 0.01 is about that.
 const DARKEST: f64 = 0.1;
 
-/// What must be gained in efficiency by rays: the rays are not all that either way costs.
-const LEAST_GAIN: f64 = 1.15;
+/// What sharing must gain in efficiency by rays: those are not all that it costs.
+const LEAST_GAIN_OF_REUSE: f64 = 1.15;
+
+/// What light samples must gain: what they cost is known better, and the numbers of a render, which are spread more evenly than
+/// the trial's, make more of them.
+const LEAST_GAIN_OF_LIGHT_SAMPLES: f64 = 1.0;
 
 /// Light samples of the first vertex that are tried.
 const TRIED_LIGHT_SAMPLES: u32 = 4;
@@ -87,11 +91,11 @@ impl Integrator {
         // Of the only light, if it is a point, all samples are the same.
         let choice = scene.lights.len() > 1 || scene.lights.iter().any(|light| light.can_be_met());
         if undecided.light_samples && choice && self.estimator == Estimator::Path && self.max_depth > 1 {
-            best.or(Self { light_samples: TRIED_LIGHT_SAMPLES, ..plain }, scene);
+            best.or(Self { light_samples: TRIED_LIGHT_SAMPLES, ..plain }, LEAST_GAIN_OF_LIGHT_SAMPLES, scene);
         }
         let shared = Self { reuse: true, ..best.way };
         if undecided.reuse && shared.shares(scene) {
-            best.or(shared, scene);
+            best.or(shared, LEAST_GAIN_OF_REUSE, scene);
         }
         best.way
     }
@@ -132,11 +136,11 @@ impl Integrator {
 }
 
 impl Best {
-    /// Takes the other way if that pays.
-    fn or(&mut self, way: Integrator, scene: &Scene) {
+    /// Takes the other way if that gains so much.
+    fn or(&mut self, way: Integrator, least_gain: f64, scene: &Scene) {
         let known = self.noise.take().unwrap_or_else(|| self.way.noise(scene));
         let other = way.noise(scene);
-        let pays = gain(&known, &other) > LEAST_GAIN;
+        let pays = gain(&known, &other) > least_gain;
         self.noise = Some(if pays { other } else { known });
         self.way = if pays { way } else { self.way };
     }
@@ -148,9 +152,9 @@ fn gain(first: &[Noise], second: &[Noise]) -> f64 {
     let means: Vec<f64> = first.iter().zip(second).map(|(a, b)| (a.mean + b.mean) / 2.0).collect();
     let darkest = DARKEST * sqr(means.iter().sum::<f64>() / means.len() as f64);
     let [first, second] = [first, second].map(|noise| {
-        let relative = noise.iter().zip(&means).map(|(block, mean)| block.variance / (sqr(*mean) + darkest));
+        let relative = noise.iter().zip(&means).map(|(block, mean)| (block.variance / (sqr(*mean) + darkest)).sqrt());
         let error: f64 = relative.filter(|error| error.is_finite()).sum();
-        error * noise.iter().map(|block| block.cost).sum::<f64>()
+        sqr(error) * noise.iter().map(|block| block.cost).sum::<f64>()
     });
     first / second
 }

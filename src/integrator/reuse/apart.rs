@@ -112,13 +112,13 @@ fn quotient(a: Rgb, b: Rgb) -> Rgb {
 }
 
 impl Walker<'_> {
-    /// Gives what was found beyond a joint to its own path, and to those who see it by the links that are listed in `free`.
+    /// Gives what was found beyond a joint to its own path, and to those who see it by the links `free`.
     #[inline(never)]
-    pub(super) fn give(
+    pub(super) fn give<'l>(
         &self,
         (joint, apart): (&Joint, &Apart),
-        links: &mut [Link],
-        free: &[u32],
+        free: impl Iterator<Item = &'l Link> + Clone,
+        scattered: &mut Vec<[Rgb; 2]>,
         paths: &mut [PathState],
         layers: &mut Vec<Layer>,
     ) {
@@ -132,16 +132,15 @@ impl Walker<'_> {
         let light = quotient(apart.light, scatter(own, to_light, apart.light));
         let [met, beyond] = [apart.met, apart.beyond].map(|scattered| quotient(scattered, to_own));
         let (mut density, mut of_both) = (joint.density, joint.density * f64::from(to_own.mean()));
-        for &index in free {
-            let link = &mut links[index as usize];
+        scattered.clear();
+        for link in free.clone() {
             let wo = surface.frame.to_local(-link.wi);
             if !surface.bsdf.is_alike(own, wo) {
-                link.f = Rgb::BLACK;
+                scattered.push([Rgb::BLACK; 2]);
                 continue;
             }
             let f = scatter(wo, onwards, met + beyond);
-            link.near = scatter(wo, to_light, light) * light + f * met;
-            link.far = f * beyond;
+            scattered.push([scatter(wo, to_light, light) * light + f * met, f * beyond]);
             density += link.density;
             of_both += link.density * f64::from(f.mean());
         }
@@ -151,9 +150,9 @@ impl Walker<'_> {
         let [to_near, to_far] = [near, far].map(|per| (joint.density * per) as f32);
         let path = &mut paths[apart.path as usize];
         path.radiance += path.carried * ((apart.light + apart.met) * to_near + apart.beyond * to_far);
-        for link in free.iter().map(|&index| &links[index as usize]) {
+        for (link, [of_near, of_far]) in free.zip(&*scattered) {
             let [near, far] = [near, far].map(|per| (link.geometry * per) as f32);
-            paths[link.from].radiance += link.f * (link.near * near + link.far * far);
+            paths[link.from].radiance += link.f * (*of_near * near + *of_far * far);
         }
     }
 }

@@ -26,7 +26,7 @@ mod group;
 pub(super) use group::{BLOCK, Group, grouped_ids};
 
 use super::path_state::{PathState, Segment};
-use super::wave::{RayCounts, Walker};
+use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
 use crate::material::{Layer, Scatter};
@@ -38,6 +38,9 @@ use apart::Apart;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 use std::time::Instant;
+
+/// Most members of a group.
+const BLOCK_PIXELS: usize = (BLOCK * BLOCK) as usize;
 
 /// A second vertex that others may use.
 #[derive(Clone, Copy, Debug)]
@@ -78,10 +81,6 @@ struct Link {
     wi: Vec3,
     /// f·|cos| at the first vertex.
     f: Rgb,
-    /// What the joint scatters along it, if that depends on the direction: of the light that path `to` sampled there or met next ...
-    near: Rgb,
-    /// ... and of what it found beyond.
-    far: Rgb,
     /// |cos|/distance² at the joint.
     geometry: f64,
     /// Density with which the first vertex finds the joint, with respect to area.
@@ -101,8 +100,14 @@ pub(super) struct Reuse {
     rays: Vec<Ray>,
     ends: Vec<[Hit; 2]>,
     occluded: Vec<bool>,
-    /// Links of a group that nothing hides, by joint.
+    /// Paths of a group whose joints have something to share.
+    targets: Vec<usize>,
+    /// Links of a group that nothing hides, by joint, and where in these those of each member's begin.
     free: Vec<u32>,
+    starts: Vec<usize>,
+    /// What a joint scatters along its links, if that depends on the direction: of the light that its path sampled there or met
+    /// next, and of what it found beyond.
+    scattered: Vec<[Rgb; 2]>,
 }
 
 impl Reuse {
@@ -172,48 +177,63 @@ impl Walker<'_> {
                 std::mem::swap(&mut joint.radiance, &mut path.radiance);
             }
         }
-        reuse.links.clear();
-        reuse.rays.clear();
-        reuse.ends.clear();
-        let mut groups = Vec::new();
         let mut start = 0;
-        for group in paths.chunk_by(|a, b| Group::of(a.id) == Group::of(b.id)) {
-            let first_link = reuse.links.len();
-            let members = start..start + group.len();
-            self.link(reuse, members.clone(), layers);
-            start = members.end;
-            groups.push((members, first_link..reuse.links.len()));
+        while start < paths.len() {
+            let group = Group::of(paths[start].id);
+            let members = paths[start..].iter().take_while(|path| Group::of(path.id) == group).count();
+            self.share_in(reuse, start..start + members, paths, layers, counts);
+            start += members;
         }
+    }
+
+    /// The same within a group.
+    fn share_in(
+        &self,
+        reuse: &mut Reuse,
+        members: Range<usize>,
+        paths: &mut [PathState],
+        layers: &mut Vec<Layer>,
+        counts: &mut RayCounts,
+    ) {
+        let found = |to: &usize| reuse.joints[*to].as_ref().is_some_and(|joint| !joint.radiance.is_black());
+        reuse.targets.clear();
+        reuse.targets.extend(members.clone().filter(found));
+        if reuse.targets.is_empty() {
+            return;
+        }
+        with_avx2(
+            self.level,
+            #[inline(always)]
+            || self.link(reuse, members.clone(), layers),
+        );
         counts.shadow += reuse.rays.len() as u64;
         reuse.occluded.resize(reuse.rays.len(), false);
         let now = Instant::now();
         self.scene.accel.occluded_between(&reuse.rays, &reuse.ends, &mut reuse.occluded);
         counts.time += now.elapsed();
-        for (members, links) in groups {
-            let Reuse { joints, apart, links: all, occluded, free, .. } = reuse;
-            free.clear();
-            free.extend(links.filter(|&l| !occluded[l]).map(|l| l as u32));
-            free.sort_by_key(|&l| all[l as usize].to);
-            let mut rest = &free[..];
-            for to in members {
-                let Some(joint) = &joints[to] else { continue };
-                let count = rest.iter().take_while(|&&l| all[l as usize].to == to).count();
-                let (free, others) = rest.split_at(count);
-                rest = others;
-                match joint.apart {
-                    Some(index) => self.give((joint, &apart[index as usize]), all, free, paths, layers),
-                    None => give_alike(joint, to, free.iter().map(|&l| &all[l as usize]), paths),
-                }
+        reuse.sort(&members);
+        let Reuse { joints, apart, links, free, starts, targets, scattered, .. } = reuse;
+        for &to in &*targets {
+            let Some(joint) = &joints[to] else { continue };
+            let place = to - members.start;
+            let free = free[starts[place]..starts[place + 1]].iter().map(|&link| &links[link as usize]);
+            match joint.apart {
+                Some(index) => self.give((joint, &apart[index as usize]), free, scattered, paths, layers),
+                None => give_alike(joint, to, free, paths),
             }
         }
     }
 
     /// Finds the ways from the first vertices of a group to the joints of its other paths.
+    #[inline(always)]
     fn link(&self, reuse: &mut Reuse, members: Range<usize>, layers: &mut Vec<Layer>) {
-        let joint = |reuse: &Reuse, to: usize| reuse.joints[to].filter(|joint| !joint.radiance.is_black());
-        for from in members.clone() {
-            let (ray, hit) = reuse.first[from];
-            if !hit.is_some() || !members.clone().any(|to| to != from && joint(reuse, to).is_some()) {
+        let Reuse { first, joints, targets, links, rays, ends, .. } = reuse;
+        links.clear();
+        rays.clear();
+        ends.clear();
+        for from in members {
+            let (ray, hit) = first[from];
+            if !hit.is_some() || targets[..] == [from] {
                 continue;
             }
             let surface = self.scene.surface(&ray, hit, layers);
@@ -221,8 +241,8 @@ impl Walker<'_> {
                 continue;
             }
             let wo = surface.frame.to_local(surface.wo);
-            for to in members.clone().filter(|&to| to != from) {
-                let Some(joint) = joint(reuse, to) else { continue };
+            for &to in targets.iter().filter(|&&to| to != from) {
+                let Some(joint) = &joints[to] else { continue };
                 let Some((wi, geometry)) = joint.seen_from(surface.p()) else { continue };
                 let (f, pdf) = surface.bsdf.eval_pdf(wo, surface.frame.to_local(wi));
                 // Its own path would have ended, so that it does not find the joint, whatever the density.
@@ -230,11 +250,32 @@ impl Walker<'_> {
                     continue;
                 }
                 let density = f64::from(pdf.0) * geometry;
-                let [near, far] = [Rgb::BLACK; 2];
-                reuse.links.push(Link { from, to, wi, f, near, far, geometry, density });
-                reuse.rays.push(surface.ray_to(wi, &joint.point));
-                reuse.ends.push([hit, joint.hit]);
+                links.push(Link { from, to, wi, f, geometry, density });
+                rays.push(surface.ray_to(wi, &joint.point));
+                ends.push([hit, joint.hit]);
             }
+        }
+    }
+}
+
+impl Reuse {
+    /// Puts the links of a group that nothing hides in the order of their joints.
+    fn sort(&mut self, members: &Range<usize>) {
+        let Self { links, occluded, free, starts, .. } = self;
+        let visible = || links.iter().zip(&*occluded).enumerate().filter(|(_, (_, occluded))| !**occluded);
+        let place = |link: &Link| link.to - members.start;
+        starts.clear();
+        starts.resize(members.len() + 1, 0);
+        visible().for_each(|(_, (link, _))| starts[place(link) + 1] += 1);
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        free.resize(starts[members.len()], 0);
+        let mut next = [0; BLOCK_PIXELS];
+        next[..members.len()].copy_from_slice(&starts[..members.len()]);
+        for (index, (link, _)) in visible() {
+            free[next[place(link)]] = index as u32;
+            next[place(link)] += 1;
         }
     }
 }
