@@ -90,7 +90,7 @@ impl Beams {
         if at.n != Vec3::ZERO {
             let cos = wi.x * at.n.x + wi.y * at.n.y + wi.z * at.n.z;
             let cos_receiver = Angles { cos, sin: sine(cos, zero, one) }.less(around, zero, one).cos;
-            importance = importance * at_least_slack(cos_receiver);
+            importance *= at_least_slack(cos_receiver);
             importance = cos_receiver.simd_lt(zero - slack).select(zero, importance);
         }
         let most = splat(Reach::MOST);

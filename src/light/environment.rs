@@ -184,10 +184,10 @@ impl EnvironmentLight {
     #[inline(always)]
     fn nodes(&self, columns: [u32; 2], rows: [u32; 2], sampling: &Sampling) -> Nodes {
         let mut nodes = Nodes { radiance: [[Rgb::BLACK; 2]; 2], weights: [[0.0; 2]; 2] };
-        for j in 0..2 {
-            let sine = f64::from(self.sines[rows[j] as usize]);
-            for i in 0..2 {
-                let radiance = self.map.get(columns[i], rows[j]);
+        for (j, row) in rows.into_iter().enumerate() {
+            let sine = f64::from(self.sines[row as usize]);
+            for (i, column) in columns.into_iter().enumerate() {
+                let radiance = self.map.get(column, row);
                 nodes.radiance[j][i] = radiance;
                 nodes.weights[j][i] = sampling.importance(radiance) * sine;
             }
