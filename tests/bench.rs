@@ -255,7 +255,7 @@ fn bad_requests_are_refused() {
     fs::create_dir(desk.path("taken")).unwrap();
     fs::create_dir(desk.path("taken/bench.csv")).unwrap();
     desk.succeeds(&["render", SCENE, "-Dres=8", "--spp=1", "-osmall.exr", "-q"]);
-    let names = "'colour' cannot be varied; expected one of accel, sampler, integrator, reuse, rr-depth";
+    let names = "'colour' cannot be varied; expected one of accel, sampler, integrator, reuse, light-samples, rr-depth";
     let rows: [(&[&str], &[&str]); 18] = [
         (&["--vary", "colour=red"], &[names]),
         (&["--vary", "sampler"], &["expected NAME=VALUE,VALUE,… with one of the names accel, "]),

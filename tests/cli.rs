@@ -93,11 +93,14 @@ fn info_and_replay_print_and_write_nothing() {
     fs::write(desk.path("sky.xml"), scene_text(r#"<emitter type="constant"/>"#)).unwrap();
     let replay = desk.snell(&["render", SCENE, "-Dres=16", "--replay", "8,8,3", "--reuse=on"]);
     assert!(String::from_utf8_lossy(&replay.stdout).contains("\nshared with neighbours\nradiance ("));
-    for (reuse, what) in [("on", "share"), ("off", "keep")] {
-        let told =
-            desk.succeeds(&["render", SCENE, "-Dres=8", "--spp=1", "-v", "--reuse", reuse, "-o", "r.exr"]).stderr;
+    for (reuse, what, light_samples, many) in
+        [("on", "share", "1", "1 light sample"), ("off", "keep", "4", "4 light samples")]
+    {
+        let options = ["--reuse", reuse, "--light-samples", light_samples];
+        let render = ["render", SCENE, "-Dres=8", "--spp=1", "-v", "-o", "r.exr"];
+        let told = desk.succeeds(&[&render[..], &options].concat()).stderr;
         fs::remove_file(desk.path("r.exr")).unwrap();
-        let expected = format!("neighbouring pixels {what} what their paths find\n");
+        let expected = format!("neighbouring pixels {what} what their paths find; {many} at the first hit\n");
         assert!(String::from_utf8_lossy(&told).contains(&expected), "{told:?}");
     }
     let replay = desk.snell(&["render", "sky.xml", "--replay", "1,2,0"]);
@@ -229,8 +232,16 @@ fn a_film_larger_than_memory_is_refused() {
 fn accelerators_are_compared_in_numbers() {
     let desk = Desk::new();
     // A trial of sharing would trace rays of its own, which are compared, too.
-    let output =
-        desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=2", "--accel=both", "--reuse=off", "--stats=s.json"]);
+    let output = desk.succeeds(&[
+        "render",
+        SCENE,
+        "-Dres=16",
+        "--spp=2",
+        "--accel=both",
+        "--reuse=off",
+        "--light-samples=1",
+        "--stats=s.json",
+    ]);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("s.json")).unwrap()).unwrap();
     let compared = &stats["accelerator_comparison"];
@@ -301,6 +312,12 @@ fn bad_arguments_are_refused() {
     let desk = Desk::new();
     desk.refuses(&["render", SCENE, "--crop", "0,0,9999,1"], &["--crop reaches outside the picture, which is"]);
     desk.refuses(&["render", SCENE, "--camera", "3"], &["camera 3"]);
+    for count in ["0", "3", "32", "few"] {
+        desk.refuses(
+            &["render", SCENE, "--light-samples", count],
+            &["--light-samples <N>", "expected 'auto' or a power of two up to 16"],
+        );
+    }
     desk.refuses(
         &["render", SCENE, "--replay", "9999,0,0"],
         &["--replay: pixel 9999,0 is outside the picture, which is"],
