@@ -312,12 +312,6 @@ fn bad_arguments_are_refused() {
     let desk = Desk::new();
     desk.refuses(&["render", SCENE, "--crop", "0,0,9999,1"], &["--crop reaches outside the picture, which is"]);
     desk.refuses(&["render", SCENE, "--camera", "3"], &["camera 3"]);
-    for count in ["0", "3", "32", "few"] {
-        desk.refuses(
-            &["render", SCENE, "--light-samples", count],
-            &["--light-samples <N>", "expected 'auto' or a power of two up to 16"],
-        );
-    }
     desk.refuses(
         &["render", SCENE, "--replay", "9999,0,0"],
         &["--replay: pixel 9999,0 is outside the picture, which is"],
@@ -356,7 +350,7 @@ fn bad_arguments_are_refused() {
 #[test]
 fn values_of_arguments_say_what_they_should_be() {
     let desk = Desk::new();
-    let rows: [(&[&str], &str); 10] = [
+    let rows: [(&[&str], &str); 12] = [
         (
             &["render", SCENE, "--aov=albedo,colour"],
             "expected some of albedo, normal, shading_normal, depth, position, uv, primitive, shape, material, samples, error, separated by commas",
@@ -368,6 +362,8 @@ fn values_of_arguments_say_what_they_should_be() {
         (&["render", SCENE, "--replay=1,2"], "expected X,Y,SAMPLE, for example 10,20,0"),
         (&["render", SCENE, "--exposure=inf"], "expected a finite number"),
         (&["render", SCENE, "--accel=embre"], "a similar value exists: 'embree'"),
+        (&["render", SCENE, "--light-samples=3"], "expected 'auto' or a power of two up to 16"),
+        (&["render", SCENE, "--light-samples=32"], "expected 'auto' or a power of two up to 16"),
         (&["render", SCENE, "--max-depth=-2"], "-2 is not in -1..=4294967295"),
         (
             &["diff", "a.exr", "b.exr", "--fail=rmse=1"],
