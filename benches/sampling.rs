@@ -9,7 +9,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use glam::{DVec3, Vec2, Vec3};
 use snell::accel::Accelerator;
 use snell::light::Light;
-use snell::sampler::{Sampler, SamplerKind};
+use snell::sampler::{Batch, Sampler, SamplerKind};
 use snell::sampling::cells::Cells;
 use snell::sampling::warp;
 use snell::scene::Scene;
@@ -35,8 +35,8 @@ fn check_mean(name: &str, values: impl Iterator<Item = f32>, expected: f64) {
 
 fn numbers(c: &mut Criterion) {
     let mut group = c.benchmark_group("numbers");
-    // The first pair of a set of four.
-    group.throughput(Throughput::Elements(2 * u64::from(CALLS)));
+    // Pairs of numbers.
+    group.throughput(Throughput::Elements(CALLS.into()));
     let kinds = [
         SamplerKind::Sobol,
         SamplerKind::ZSobol { log_samples: CALLS.ilog2() },
@@ -51,6 +51,14 @@ fn numbers(c: &mut Criterion) {
         let name = format!("{kind:?}");
         let name = name.split(' ').next().unwrap();
         group.bench_function(name, |b| b.iter(|| (0..CALLS).map(|i| pair(black_box(i))).sum::<Vec2>()));
+        // As a render asks for them: both pairs of the set, of many samples at once.
+        let mut batch = Batch::default();
+        group.bench_function(format!("{name} in batches"), |b| {
+            b.iter(|| {
+                batch.fill_bsdf(2, (0..CALLS / 2).map(|i| sampler.stream(3, 5, black_box(i))));
+                batch.bsdf(0).direction()
+            });
+        });
     }
     group.finish();
 }
