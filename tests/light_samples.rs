@@ -56,21 +56,7 @@ fn light_samples_lessen_the_noise_of_direct_light() {
     let scene = compiled(&description, Accelerator::Auto);
     let mut one = file_settings(&description, Estimator::Path, 4);
     one.integrator.max_depth = 2;
-    let variance = |settings: &RenderSettings| {
-        let pictures: Vec<_> = (0..8)
-            .map(|seed| {
-                let mut settings = *settings;
-                settings.sampler.seed = seed;
-                picture(&scene, &settings)
-            })
-            .collect();
-        let value = |k: usize, i: usize| f64::from(pictures[k].pixels()[i].luminance());
-        let of_pixel = |i: usize| {
-            let mean = (0..8).map(|k| value(k, i)).sum::<f64>() / 8.0;
-            (0..8).map(|k| (value(k, i) - mean).powi(2)).sum::<f64>() / 7.0 / (mean * mean + 1e-2)
-        };
-        (0..(RES * RES) as usize).map(of_pixel).sum::<f64>()
-    };
+    let variance = |settings: &RenderSettings| relative_variance(&scene, settings);
     let ratio = variance(&with_samples(8, &one)) / variance(&one);
     println!("ratio {ratio}");
     assert!(ratio < 0.75, "{ratio}");

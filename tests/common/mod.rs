@@ -242,6 +242,23 @@ pub fn picture(scene: &Scene, settings: &RenderSettings) -> Picture {
     rendered(scene, settings, 2).film.develop()
 }
 
+/// The variance of pixels over the pictures of eight seeds, relative to the squares of their means as relMSE is, summed.
+pub fn relative_variance(scene: &Scene, settings: &RenderSettings) -> f64 {
+    let pictures: Vec<_> = (0..8)
+        .map(|seed| {
+            let mut settings = *settings;
+            settings.sampler.seed = seed;
+            picture(scene, &settings)
+        })
+        .collect();
+    let value = |k: usize, i: usize| f64::from(pictures[k].pixels()[i].luminance());
+    let of_pixel = |i: usize| {
+        let mean = (0..8).map(|k| value(k, i)).sum::<f64>() / 8.0;
+        (0..8).map(|k| (value(k, i) - mean).powi(2)).sum::<f64>() / 7.0 / (mean * mean + 1e-2)
+    };
+    (0..pictures[0].pixels().len()).map(of_pixel).sum()
+}
+
 /// Mean over pixels and channels.
 pub fn mean(picture: &Picture) -> f64 {
     let sum: f64 = picture.pixels().iter().flat_map(|p| p.to_array()).map(f64::from).sum();
