@@ -13,10 +13,10 @@ use super::fresnel::{self, Contrast};
 use super::microfacet::{Distribution, Microfacets};
 use crate::math::float::{max, min, safe_sqrt, sqr};
 use crate::math::quadrature::gauss_legendre;
-use crate::sampling::warp::sin_cos;
+use crate::sampling::warp::sin_cos_turns;
 use crate::spectrum::Rgb;
 use glam::{Vec2, Vec3};
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 use std::sync::{LazyLock, Mutex, OnceLock, PoisonError};
 
 /// Nodes of a table in √α, from 0 to 1.
@@ -466,7 +466,7 @@ impl Spread {
     #[inline]
     pub(super) fn sample(&self, u: Vec2) -> Vec3 {
         let cos2 = min(self.alpha2 * libm::expm1f(u.y * self.log), 1.0);
-        let (sin, cos) = sin_cos(TAU * u.x);
+        let (sin, cos) = sin_cos_turns(u.x);
         let r = safe_sqrt(1.0 - cos2);
         Vec3::new(r * cos, r * sin, cos2.sqrt())
     }

@@ -2,9 +2,9 @@
 //! (Burley 2012, *Physically Based Shading at Disney*, appendix B.2).
 
 use crate::math::float::{safe_sqrt, sqr};
-use crate::sampling::warp::sin_cos;
+use crate::sampling::warp::sin_cos_turns;
 use glam::{Vec2, Vec3};
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 /// Isotropic microfacets.
 pub(super) struct Gtr1 {
@@ -33,7 +33,7 @@ impl Gtr1 {
     pub(super) fn sample(&self, u: Vec2) -> Vec3 {
         // sin² = α²·(α^(−2u) − 1) / (1 − α²).
         let sin2 = self.alpha2 * libm::expm1f(u.y * self.log) / (1.0 - self.alpha2);
-        let (sin, cos) = sin_cos(TAU * u.x);
+        let (sin, cos) = sin_cos_turns(u.x);
         let r = safe_sqrt(sin2);
         Vec3::new(r * cos, r * sin, safe_sqrt(1.0 - sin2))
     }

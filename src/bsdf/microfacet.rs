@@ -16,9 +16,9 @@
 
 use super::beckmann;
 use crate::math::float::{max, min, safe_sqrt, sqr};
-use crate::sampling::warp::{sin_cos, square_to_disk};
+use crate::sampling::warp::{sin_cos_turns, square_to_disk};
 use glam::{Vec2, Vec3};
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 /// The shape of a distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -208,7 +208,7 @@ impl Microfacets {
     #[inline]
     fn sample_ggx(&self, w: Vec3, bound: f32, u: Vec2) -> Vec3 {
         let stretched = (self.alpha * w.truncate()).extend(w.z).normalize();
-        let (sin, cos) = sin_cos(TAU * u.x);
+        let (sin, cos) = sin_cos_turns(u.x);
         let lowest = bound * stretched.z;
         let z = (1.0 - u.y) * (1.0 + lowest) - lowest;
         let r = safe_sqrt((1.0 - z) * (1.0 + z));

@@ -129,11 +129,10 @@ impl Quad {
             }
             Way::Uniform => (u.as_dvec2(), PointPdf::Area(AreaPdf(self.uniform))),
             Way::Between(w) => {
-                let [w0, w1, w2, w3] = w.map(f64::from);
+                let [w0, w1, w2, w3] = w;
                 let t = unit_to_linear(u.y, w0 + w1, w3 + w2);
-                let y = f64::from(t);
-                let s = unit_to_linear(u.x, w0 + (w3 - w0) * y, w1 + (w2 - w1) * y);
-                let st = DVec2::new(s.into(), y);
+                let s = unit_to_linear(u.x, (1.0 - t) * w0 + t * w3, (1.0 - t) * w1 + t * w2);
+                let st = DVec2::new(s.into(), t.into());
                 (st, PointPdf::Area(self.bilinear_pdf(&w, st)))
             }
         };

@@ -359,7 +359,7 @@ fn maps() -> Vec<(&'static str, EnvironmentLight)> {
         ("equator", 9, 5, map(9, 5, |x, y| grey(y == 2) * (1.0 + x as f32)), DMat3::from_axis_angle(axis, 4.0)),
         ("mixed", 31, 16, map(31, 16, mixed), DMat3::from_axis_angle(axis, 5.0) * mirror),
     ]
-    .map(|(name, _, _, map, turn)| (name, EnvironmentLight::new(map, 3.0, turn, true).unwrap()))
+    .map(|(name, _, _, map, turn)| (name, EnvironmentLight::new(&map, 3.0, turn, true).unwrap()))
     .into()
 }
 
@@ -432,7 +432,7 @@ fn environment_maps_are_sampled_in_proportion_to_what_is_seen() {
 fn environment_maps_are_sampled_in_proportion_to_their_luminance() {
     let rows = 16_u32;
     let picture = map(31, rows, |x, y| Rgb::splat(1.0 + (x * 5 % 7 + y * 3 % 5) as f32));
-    let light = EnvironmentLight::new(picture, 1.0, DMat3::IDENTITY, false).unwrap();
+    let light = EnvironmentLight::new(&picture, 1.0, DMat3::IDENTITY, false).unwrap();
     let near = libm::cosf(2.0 * std::f32::consts::PI / (rows - 1) as f32);
     let directions = (0..4000).map(|i| warp::square_to_uniform_sphere(uniform(i))).filter(|w| w.y.abs() < near);
     let ratios = directions.map(|w| {
@@ -450,7 +450,7 @@ fn pixels_of_environment_maps_are_where_mitsuba_has_them() {
     let columns = map(8, 5, |x, _| Rgb::splat(1.0 + x as f32));
     let rows = map(8, 5, |_, y| Rgb::splat(1.0 + y as f32));
     let value = |map: &Arc<Picture>, w: Vec3| {
-        EnvironmentLight::new(map.clone(), 1.0, DMat3::IDENTITY, false).unwrap().seen(&w.normalize(), false).0.0.x
+        EnvironmentLight::new(&map, 1.0, DMat3::IDENTITY, false).unwrap().seen(&w.normalize(), false).0.0.x
     };
     let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-5, "{a}, but {b}");
     // Between the last and the first column, between the second and the third, and so on.
@@ -477,8 +477,7 @@ fn pixels_of_environment_maps_are_where_mitsuba_has_them() {
 fn environment_maps_turn_with_their_frame() {
     let picture = map(16, 9, |x, y| Rgb::new(x as f32, y as f32, 1.0));
     let turn = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.2);
-    let [straight, turned] =
-        [DMat3::IDENTITY, turn].map(|m| EnvironmentLight::new(picture.clone(), 1.0, m, false).unwrap());
+    let [straight, turned] = [DMat3::IDENTITY, turn].map(|m| EnvironmentLight::new(&picture, 1.0, m, false).unwrap());
     for i in 0..1000 {
         let w = warp::square_to_uniform_sphere(uniform(i));
         let (a, b) = (straight.seen(&w, false).0, turned.seen(&(turn * w.as_dvec3()).as_vec3(), false).0);
@@ -488,10 +487,10 @@ fn environment_maps_turn_with_their_frame() {
 
 #[test]
 fn black_maps_are_no_lights() {
-    assert!(EnvironmentLight::new(map(4, 4, |_, _| Rgb::BLACK), 1.0, DMat3::IDENTITY, true).is_none());
-    assert!(EnvironmentLight::new(map(4, 4, |_, _| Rgb::WHITE), 0.0, DMat3::IDENTITY, true).is_none());
+    assert!(EnvironmentLight::new(&map(4, 4, |_, _| Rgb::BLACK), 1.0, DMat3::IDENTITY, true).is_none());
+    assert!(EnvironmentLight::new(&map(4, 4, |_, _| Rgb::WHITE), 0.0, DMat3::IDENTITY, true).is_none());
     // A map of one colour is not compensated: nothing would be left.
-    let grey = EnvironmentLight::new(map(4, 4, |_, _| Rgb::splat(0.3)), 1.0, DMat3::IDENTITY, true).unwrap();
+    let grey = EnvironmentLight::new(&map(4, 4, |_, _| Rgb::splat(0.3)), 1.0, DMat3::IDENTITY, true).unwrap();
     assert_eq!(grey.seen(&Vec3::X, true), grey.seen(&Vec3::X, false));
 }
 

@@ -26,6 +26,20 @@ fn sin_cos_octant(x: f32) -> (f32, f32) {
     (s, c)
 }
 
+/// (sin, cos) of `x` turns, an angle of 2π·x, for x from 0 to 2.
+#[inline(always)]
+pub fn sin_cos_turns(x: f32) -> (f32, f32) {
+    /// A number so large that its last digit counts ones: a sum with it is rounded to an integer, which its last bits are.
+    const ROUNDS: f32 = 12_582_912.0;
+    let sum = 4.0 * x + ROUNDS;
+    let quarter = sum.to_bits();
+    // Exact: both are multiples of the last digit of x, and the difference is less.
+    let (s, c) = sin_cos_octant(TAU * (x - 0.25 * (sum - ROUNDS)));
+    let (s, c) = if quarter & 1 == 0 { (s, c) } else { (c, -s) };
+    let sign = (quarter & 2) << 30;
+    (f32::from_bits(s.to_bits() ^ sign), f32::from_bits(c.to_bits() ^ sign))
+}
+
 /// Uniform on the unit disk; concentric squares become concentric circles (Shirley and Chiu 1997, *A Low Distortion Map
 /// Between Disk and Square*).
 #[inline(always)]
@@ -107,7 +121,7 @@ pub fn square_to_uniform_sphere(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.x;
     // 1 − z² without cancellation near the poles.
     let r = 2.0 * safe_sqrt(u.x * (1.0 - u.x));
-    let (s, c) = sin_cos(TAU * u.y);
+    let (s, c) = sin_cos_turns(u.y);
     Vec3::new(r * c, r * s, z)
 }
 
@@ -129,7 +143,7 @@ pub fn uniform_sphere_to_square(w: Vec3) -> Vec2 {
 pub fn square_to_uniform_cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
     let h = u.x * one_minus_cos;
     let r = safe_sqrt(h * (2.0 - h));
-    let (s, c) = sin_cos(TAU * u.y);
+    let (s, c) = sin_cos_turns(u.y);
     Vec3::new(r * c, r * s, 1.0 - h)
 }
 
@@ -173,19 +187,20 @@ pub fn triangle_to_square(b: Vec3) -> Vec2 {
 }
 
 /// A number in [0, 1) with density in proportion to the linear function that is `a` at 0 and `b` at 1; neither may be
-/// negative, nor both zero.
-#[inline]
-pub fn unit_to_linear(u: f32, a: f64, b: f64) -> f32 {
-    let u = f64::from(u);
-    // The root of a·x + (b − a)·x²/2 = u·(a + b)/2 that is inside, in the form in which no digits cancel.
-    let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
-    let x = if a + root > 0.0 { u * (a + b) / (a + root) } else { 0.0 };
-    min(x as f32, ONE_MINUS_EPSILON)
+/// negative, nor both zero, and the sum must be a normal number.
+#[inline(always)]
+pub fn unit_to_linear(u: f32, a: f32, b: f32) -> f32 {
+    let a = a / (a + b);
+    // With a + b = 1, the root of a·x + (b − a)·x²/2 = u/2 that is inside, in the form in which no digits cancel.
+    let root = safe_sqrt(a * a + u * (1.0 - 2.0 * a));
+    let x = if u > 0.0 { u / (a + root) } else { 0.0 };
+    min(x, ONE_MINUS_EPSILON)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::float::UNIT_ROUNDOFF;
 
     fn grid() -> impl Iterator<Item = Vec2> {
         let n = 101;
@@ -241,15 +256,28 @@ mod tests {
         }
     }
 
+    #[test]
+    fn turns_are_angles() {
+        for i in 0..=20_000_u16 {
+            let x = f32::from(i) / 10_000.0;
+            let (sin, cos) = sin_cos_turns(x);
+            let angle = f64::from(x) * std::f64::consts::TAU;
+            let error = (f64::from(sin) - angle.sin()).abs().max((f64::from(cos) - angle.cos()).abs());
+            // An ulp of numbers up to 1, and the rounding of 2π.
+            assert!(error < 2.0 * f64::from(UNIT_ROUNDOFF), "{x}: {sin}, {cos}");
+        }
+    }
+
     /// The integral up to what comes back is the part of the whole that was asked for; the bound is the rounding of what
     /// comes back, times a density of at most 2.
     #[test]
     fn linear_densities_are_inverted_to_the_resolution_of_f32() {
-        for [a, b] in [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0], [1.0, 5e4], [1e-30, 1e30], [2.0, 3.0], [1e-90, 2e-90]] {
+        for [a, b] in [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0], [1.0, 5e4], [1e-30, 1e30], [2.0, 3.0], [1e-37, 2e-37]] {
             for i in 0..=1000u16 {
                 let u = min(f32::from(i) / 1000.0, ONE_MINUS_EPSILON);
                 let x = unit_to_linear(u, a, b);
                 assert!((0.0..1.0).contains(&x), "{x}");
+                let (a, b) = (f64::from(a), f64::from(b));
                 let part = f64::from(x) * (a + 0.5 * (b - a) * f64::from(x)) / (0.5 * (a + b));
                 assert!((part - f64::from(u)).abs() < 4.0 * f64::from(f32::EPSILON), "{a} {b} {u}: {x}, {part}");
             }

@@ -144,7 +144,7 @@ fn environment(
     }
     check_map(at, "a radiance", map, scale)?;
     let [x, y, z] = orthonormal(at, to_world)?;
-    Ok(EnvironmentLight::new(map.clone(), scale as f32, DMat3::from_cols(x, y, z), compensated))
+    Ok(EnvironmentLight::new(map, scale as f32, DMat3::from_cols(x, y, z), compensated))
 }
 
 /// A spot; `None` where its texture is black.
