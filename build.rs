@@ -41,6 +41,7 @@ mod embree {
     pub(crate) fn compile_shim() {
         println!("cargo::rerun-if-changed=ffi/embree_shim.c");
         println!("cargo::rerun-if-changed=ffi/embree_shim.h");
+        println!("cargo::rerun-if-changed=ffi/embree_packet.h");
         let found = match find() {
             Ok(found) => found,
             Err(tried) => return fail(&tried),

@@ -23,7 +23,7 @@ STATIC_ASSERT(RTC_INVALID_GEOMETRY_ID == RT_NONE, a_miss_has_embrees_invalid_id)
 STATIC_ASSERT(sizeof(struct rt_ray) == 32, rt_ray_has_no_padding);
 STATIC_ASSERT(sizeof(struct rt_hit) == 16, rt_hit_has_no_padding);
 STATIC_ASSERT(offsetof(struct RTCRay, tnear) == offsetof(struct rt_ray, tmin), tmin_is_where_embree_has_it);
-STATIC_ASSERT(offsetof(struct RTCRay, dir_x) == offsetof(struct rt_ray, d), d_is_where_embree_has_it);
+STATIC_ASSERT(offsetof(struct RTCRay, time) == offsetof(struct rt_ray, tmax), time_follows_d);
 
 /* Every bit: geometries and rays all see each other. Embree 4's default mask of a geometry is 1. */
 #define ALL 0xFFFFFFFFu
@@ -32,8 +32,8 @@ struct rt_scene {
     RTCDevice device;
     RTCScene scene;
     atomic_llong bytes;
-    /* Whether this Embree, on this processor, has packets of sixteen rays. */
-    bool packets;
+    /* Rays of the largest packet that this Embree, on this processor, has instructions for: 16, 8, or 0 if fewer. */
+    int packet;
     /* Raised by the first error since it was last read: the later ones are its consequences. */
     atomic_flag error_is_set;
     struct rt_error error;
@@ -115,7 +115,10 @@ struct rt_scene *rt_scene_new(uint32_t threads, struct rt_error *error) {
         rt_scene_free(scene);
         return NULL;
     }
-    scene->packets = rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED);
+    if (rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED))
+        scene->packet = 16;
+    else if (rtcGetDeviceProperty(scene->device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED))
+        scene->packet = 8;
     scene->scene = rtcNewScene(scene->device);
     if (!succeeded(scene, error) || !scene->scene) {
         rt_scene_free(scene);
@@ -182,10 +185,20 @@ bool rt_scene_commit(struct rt_scene *scene, struct rt_error *error) {
     return succeeded(scene, error);
 }
 
+/* Four numbers that are stored by one instruction. */
+typedef float four __attribute__((vector_size(16)));
+
+/* Embree loads the origin and what follows it as four numbers, and the direction: had they been stored by other parts,
+ * it would wait for the stores to reach the cache. */
 static inline void load(struct RTCRay *to, const struct rt_ray *from) {
-    memcpy(to, from, offsetof(struct rt_ray, tmax));
-    to->time = 0.0f;
-    to->tfar = from->tmax;
+    four origin, direction;
+    memcpy(&origin, from->o, sizeof origin);
+    memcpy(&direction, from->d, sizeof direction);
+    to->tfar = direction[3];
+    /* The time. */
+    direction[3] = 0.0f;
+    memcpy(&to->org_x, &origin, sizeof origin);
+    memcpy(&to->dir_x, &direction, sizeof direction);
     to->mask = ALL;
     to->id = 0;
     to->flags = 0;
@@ -215,65 +228,19 @@ void rt_scene_closest(const struct rt_scene *scene, const struct rt_ray *rays, s
     }
 }
 
-/* Rays of a packet. */
+/* Packets of sixteen rays and of eight. */
 #define PACKET 16
-
-/* The rays that `first` of `count` begins, at most a packet, into its lanes; returns how many. */
-static size_t load_packet(struct RTCRayHit16 *to, int *valid, const struct rt_ray *rays, size_t first, size_t count) {
-    size_t lanes = count - first < PACKET ? count - first : PACKET;
-    memset(to, 0, sizeof *to);
-    for (size_t lane = 0; lane < PACKET; ++lane) {
-        const struct rt_ray *ray = &rays[first + (lane < lanes ? lane : 0)];
-        valid[lane] = lane < lanes ? -1 : 0;
-        to->ray.org_x[lane] = ray->o[0];
-        to->ray.org_y[lane] = ray->o[1];
-        to->ray.org_z[lane] = ray->o[2];
-        to->ray.dir_x[lane] = ray->d[0];
-        to->ray.dir_y[lane] = ray->d[1];
-        to->ray.dir_z[lane] = ray->d[2];
-        to->ray.tnear[lane] = ray->tmin;
-        to->ray.tfar[lane] = ray->tmax;
-        to->ray.mask[lane] = ALL;
-        to->hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-        to->hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
-        to->hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
-    }
-    return lanes;
-}
-
-/* The answer of one lane. */
-static void store_lane(struct rt_hit *to, const struct RTCRayHit16 *from, size_t lane) {
-    to->shape = from->hit.geomID[lane];
-    to->primitive = from->hit.primID[lane];
-    to->t = from->ray.tfar[lane];
-    to->volume = fabsf(from->ray.dir_x[lane] * from->hit.Ng_x[lane] + from->ray.dir_y[lane] * from->hit.Ng_y[lane] +
-                       from->ray.dir_z[lane] * from->hit.Ng_z[lane]);
-}
+#include "embree_packet.h"
+#undef PACKET
+#define PACKET 8
+#include "embree_packet.h"
+#undef PACKET
 
 void rt_scene_closest_coherent(const struct rt_scene *scene, const struct rt_ray *rays, struct rt_hit *hits, size_t count) {
-    if (!scene->packets) {
-        rt_scene_closest(scene, rays, hits, count);
-        return;
-    }
-    struct RTCRayHit16 query;
-    _Alignas(64) int valid[PACKET];
-#if RTC_VERSION_MAJOR == 3
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-#else
-    struct RTCIntersectArguments args;
-    rtcInitIntersectArguments(&args);
-    args.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-#endif
-    for (size_t first = 0; first < count; first += PACKET) {
-        size_t lanes = load_packet(&query, valid, rays, first, count);
-#if RTC_VERSION_MAJOR == 3
-        rtcIntersect16(valid, scene->scene, &context, &query);
-#else
-        rtcIntersect16(valid, scene->scene, &query, &args);
-#endif
-        for (size_t lane = 0; lane < lanes; ++lane) store_lane(&hits[first + lane], &query, lane);
+    switch (scene->packet) {
+    case 16: closest_in_packets_16(scene, rays, hits, count); break;
+    case 8: closest_in_packets_8(scene, rays, hits, count); break;
+    default: rt_scene_closest(scene, rays, hits, count);
     }
 }
 
