@@ -63,7 +63,12 @@ impl Scale {
     /// A sum in units of 2^(E − 64), rounded once.
     #[inline]
     pub(super) fn value(self, sum: i128) -> f64 {
-        libm::ldexp(sum as f64, self.exponent - FRACTION_BITS)
+        /// Bias of an f64's exponent, and bits of its mantissa.
+        const BIAS: i32 = 1023;
+        const MANTISSA_BITS: u32 = 52;
+        // A normal number, as exponents are those of f32: the product is exact.
+        let unit = f64::from_bits(((self.exponent - FRACTION_BITS + BIAS) as u64) << MANTISSA_BITS);
+        sum as f64 * unit
     }
 
     /// Magnitude of `value` and the power of two that makes it units of 2^(E − 64); `None` where it is not finite or

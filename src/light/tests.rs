@@ -450,7 +450,7 @@ fn pixels_of_environment_maps_are_where_mitsuba_has_them() {
     let columns = map(8, 5, |x, _| Rgb::splat(1.0 + x as f32));
     let rows = map(8, 5, |_, y| Rgb::splat(1.0 + y as f32));
     let value = |map: &Arc<Picture>, w: Vec3| {
-        EnvironmentLight::new(&map, 1.0, DMat3::IDENTITY, false).unwrap().seen(&w.normalize(), false).0.0.x
+        EnvironmentLight::new(map, 1.0, DMat3::IDENTITY, false).unwrap().seen(&w.normalize(), false).0.0.x
     };
     let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-5, "{a}, but {b}");
     // Between the last and the first column, between the second and the third, and so on.
