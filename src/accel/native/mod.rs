@@ -132,7 +132,8 @@ impl Native {
     /// The closest hit of each ray; see [`super::Accel::closest_hits_from`].
     pub(crate) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         let from = start.primitives();
-        let mut stack = Stack::new();
+        // A list needs none.
+        let mut stack = None;
         let with_distances = self.quadrics.is_some() || self.instances.is_some();
         let mut nearest = [Nearest { t: 0.0, hit: Hit::NONE }; CHUNK];
         for ((chunk, rays), hits) in rays.chunks(CHUNK).enumerate().zip(hits.chunks_mut(CHUNK)) {
@@ -142,11 +143,13 @@ impl Native {
                 Some(Triangles::Flat(list)) => list.closest_hits(rays, from, nearest, with_distances),
                 Some(Triangles::Tree(tree)) => {
                     nothing(rays, nearest);
-                    tree.improve_all(rays, from, nearest, &mut stack);
+                    tree.improve_all(rays, from, nearest, stack.get_or_insert_with(Stack::new));
                 }
                 None => nothing(rays, nearest),
             }
-            self.improve_by_others(rays, from, nearest, &mut stack);
+            if with_distances {
+                self.improve_by_others(rays, from, nearest, stack.get_or_insert_with(Stack::new));
+            }
             hits.iter_mut().zip(nearest).for_each(|(hit, nearest)| *hit = nearest.hit);
         }
     }
