@@ -58,11 +58,11 @@ pub(super) struct Seen {
 }
 
 impl Gltf {
-    /// See [`super::Bsdf::is_wide`]. A coat is narrow.
-    pub(super) fn is_wide(&self) -> bool {
+    /// See [`super::Bsdf::scatters_everywhere`]. A coat is narrow.
+    pub(super) fn scatters_everywhere(&self) -> bool {
         let alpha = sqr(self.is.roughness);
         let is_bare = !(self.is.clearcoat > 0.0) && !self.lobes().transmits;
-        is_bare && Microfacets::new(Distribution::Ggx, alpha, alpha).is_wide(false)
+        is_bare && Microfacets::new(Distribution::Ggx, alpha, alpha).scatters_everywhere(false)
     }
 }
 

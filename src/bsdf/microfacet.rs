@@ -93,11 +93,11 @@ impl Microfacets {
         self.alpha.min_element()
     }
 
-    /// See [`super::Bsdf::is_wide`]. `sure` says that something else scatters in all directions in all channels.
-    pub(super) fn is_wide(&self, sure: bool) -> bool {
-        /// The least α: seen from 30° beside its middle, a lobe is a third as bright.
-        const LEAST: f32 = 0.3;
-        // Beckmann's density far from the normal is too small for f32.
+    /// See [`super::Bsdf::scatters_everywhere`]. `sure` says that something else scatters in all directions in all channels.
+    pub(super) fn scatters_everywhere(&self, sure: bool) -> bool {
+        /// The least α: what is still narrower is a mirror that shares nothing but the work.
+        const LEAST: f32 = 1e-3;
+        // Beckmann's density far from the normal is too small for f32; that of GGX is α²/π and more.
         self.smallest_alpha() >= LEAST && (sure || self.distribution == Distribution::Ggx)
     }
 

@@ -211,20 +211,20 @@ impl Bsdf {
         disney::share(true, albedo)
     }
 
-    /// Whether what it scatters from a direction to one viewer tells much of what it scatters to another: it reflects only, has no
-    /// narrow lobe, and where a channel of f is zero for one viewer above it, it is for all. For the sharing of paths.
-    pub fn is_wide(&self) -> bool {
+    /// Whether it reflects only, and where a channel of f is zero for one viewer above it, it is for all: so that what one sees
+    /// another could see, if with lobes ever so narrow. For the sharing of paths.
+    pub fn scatters_everywhere(&self) -> bool {
         match self {
-            Self::Diffuse(_) | Self::OrenNayar(_) => true,
-            Self::RoughConductor(b) => b.is_wide(),
-            Self::RoughPlastic(b) => b.is_wide(),
-            Self::Principled(b) => b.is_wide(),
-            Self::Gltf(b) => b.is_wide(),
+            // The coat of smooth plastic is no part of f.
+            Self::Diffuse(_) | Self::OrenNayar(_) | Self::Plastic(_) => true,
+            Self::RoughConductor(b) => b.scatters_everywhere(),
+            Self::RoughPlastic(b) => b.scatters_everywhere(),
+            Self::Principled(b) => b.scatters_everywhere(),
+            Self::Gltf(b) => b.scatters_everywhere(),
             Self::Conductor(_)
             | Self::Dielectric(_)
             | Self::RoughDielectric(_)
             | Self::ThinDielectric(_)
-            | Self::Plastic(_)
             | Self::PrincipledThin(_)
             | Self::Null(_) => false,
         }

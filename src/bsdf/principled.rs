@@ -68,10 +68,10 @@ impl Principled {
         Lobes { smooth: true, delta: false, transmits, anisotropic: self.disney.anisotropic > 0.0 }
     }
 
-    /// See [`super::Bsdf::is_wide`]. The coat is narrow.
-    pub(super) fn is_wide(&self) -> bool {
-        let only_mirrors = !(self.disney.spec_trans > 0.0 || self.clearcoat > 0.0);
-        only_mirrors && (!self.has_facets() || self.disney.facets(self.disney.roughness).is_wide(false))
+    /// See [`super::Bsdf::scatters_everywhere`]. So does every coat.
+    pub(super) fn scatters_everywhere(&self) -> bool {
+        let reflects = !(self.disney.spec_trans > 0.0);
+        reflects && (!self.has_facets() || self.disney.facets(self.disney.roughness).scatters_everywhere(false))
     }
 
     /// Overrides one parameter; whether there is such a one.

@@ -60,9 +60,9 @@ impl RoughConductor {
         Lobes { smooth: true, delta: false, transmits: false, anisotropic: self.facets.is_anisotropic() }
     }
 
-    /// See [`super::Bsdf::is_wide`].
-    pub(super) fn is_wide(&self) -> bool {
-        self.facets.is_wide(false)
+    /// See [`super::Bsdf::scatters_everywhere`].
+    pub(super) fn scatters_everywhere(&self) -> bool {
+        self.facets.scatters_everywhere(false)
     }
 
     /// Overrides one parameter; whether there is such a one.

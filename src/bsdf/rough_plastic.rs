@@ -121,9 +121,9 @@ impl RoughPlastic {
         Lobes { smooth: true, delta: false, transmits: false, anisotropic: self.facets.is_anisotropic() }
     }
 
-    /// See [`super::Bsdf::is_wide`].
-    pub(super) fn is_wide(&self) -> bool {
-        self.facets.is_wide(self.base.reflectance.0.min_element() > 0.0)
+    /// See [`super::Bsdf::scatters_everywhere`].
+    pub(super) fn scatters_everywhere(&self) -> bool {
+        self.facets.scatters_everywhere(self.base.reflectance.0.min_element() > 0.0)
     }
 
     /// Overrides one parameter; whether there is such a one. The roughness is not: the table depends on it.

@@ -63,9 +63,9 @@ impl Perturbation {
 }
 
 impl Layer {
-    /// See [`super::Scatter::is_wide`].
-    pub(super) fn is_wide(&self) -> bool {
-        self.bsdf.is_wide() && self.perturbation.is_none_or(|p| p.given != Vec3::ZERO)
+    /// See [`super::Scatter::scatters_everywhere`].
+    pub(super) fn scatters_everywhere(&self) -> bool {
+        self.bsdf.scatters_everywhere() && self.perturbation.is_none_or(|p| p.given != Vec3::ZERO)
     }
 
     /// See [`super::Scatter::is_alike`].

@@ -115,11 +115,11 @@ impl Scatter<'_> {
         }
     }
 
-    /// Whether it scatters widely: see [`Bsdf::is_wide`].
-    pub fn is_wide(&self) -> bool {
+    /// Whether it scatters widely: see [`Bsdf::scatters_everywhere`].
+    pub fn scatters_everywhere(&self) -> bool {
         match self {
-            Self::One(bsdf) => bsdf.is_wide(),
-            Self::Layers(layers) => layers.iter().all(Layer::is_wide),
+            Self::One(bsdf) => bsdf.scatters_everywhere(),
+            Self::Layers(layers) => layers.iter().all(Layer::scatters_everywhere),
         }
     }
 

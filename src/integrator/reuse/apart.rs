@@ -16,15 +16,17 @@
 //! as well but for layers, whose chances follow the viewer.) The first is what m_l and m_c ask for, as they are j's own; they
 //! bound A_m by L/(2·p_l).
 //!
+//! What a path found by a delta lobe of y is its own: nobody else's direction leads there.
+//!
 //! # Which surfaces
 //!
-//! Path j must find all that xᵢ would see: fⱼ is nowhere zero where fᵢ is not. Bsdfs answer for that, and for lobes wide
-//! enough to be worth it ([`crate::bsdf::Bsdf::is_wide`]). And y must be the same surface for both
+//! Path j must find all that xᵢ would see: fⱼ is nowhere zero where fᵢ is not. Bsdfs answer for that
+//! ([`crate::bsdf::Bsdf::scatters_everywhere`]). And y must be the same surface for both
 //! ([`crate::material::Scatter::is_alike`]): normals that are turned to the viewer may not be. As that is a matter of y and of a
 //! viewer alone, viewers of y fall into classes, and only those of one class share.
 
 use super::{Joint, Link};
-use crate::integrator::path_state::PathState;
+use crate::integrator::path_state::{PathState, Segment};
 use crate::integrator::wave::Walker;
 use crate::material::Layer;
 use crate::math::ray::Ray;
@@ -50,14 +52,18 @@ pub(super) struct Apart {
     light: Rgb,
     met: Rgb,
     beyond: Rgb,
+    /// Whether it went on by a delta lobe, and what it found so.
+    by_delta: bool,
+    own: Rgb,
 }
 
 impl Apart {
     /// Of a path at its second vertex.
     pub(super) fn new(path: u32, state: &PathState) -> Self {
         let [to_light, onwards] = [Vec3::Z; 2];
-        let [scattered, light, met, beyond] = [Rgb::BLACK; 4];
-        Self { path, ray: state.ray, carried: state.throughput, to_light, onwards, scattered, light, met, beyond }
+        let [scattered, light, met, beyond, own] = [Rgb::BLACK; 5];
+        let (ray, carried, by_delta) = (state.ray, state.throughput, false);
+        Self { path, ray, carried, to_light, onwards, scattered, light, met, beyond, by_delta, own }
     }
 }
 
@@ -80,6 +86,7 @@ pub(super) fn part(all: &mut [Apart], paths: &mut [PathState]) {
         apart.light = std::mem::replace(&mut path.radiance, Rgb::BLACK);
         if path.alive {
             apart.onwards = path.ray.d;
+            apart.by_delta = matches!(path.segment, Segment::Delta);
             apart.scattered = std::mem::replace(&mut path.throughput, Rgb::WHITE);
             path.carried *= apart.scattered;
         }
@@ -90,7 +97,7 @@ pub(super) fn part(all: &mut [Apart], paths: &mut [PathState]) {
 pub(super) fn take_met(all: &mut [Apart], paths: &mut [PathState]) {
     for apart in all {
         let met = std::mem::replace(&mut paths[apart.path as usize].radiance, Rgb::BLACK);
-        apart.met = apart.scattered * met;
+        *if apart.by_delta { &mut apart.own } else { &mut apart.met } = apart.scattered * met;
     }
 }
 
@@ -98,8 +105,8 @@ pub(super) fn take_met(all: &mut [Apart], paths: &mut [PathState]) {
 pub(super) fn meet(all: &mut [Apart], paths: &mut [PathState]) {
     for apart in all {
         let path = &mut paths[apart.path as usize];
-        apart.beyond = apart.scattered * path.radiance;
-        path.radiance = apart.light + apart.met + apart.beyond;
+        *if apart.by_delta { &mut apart.own } else { &mut apart.beyond } += apart.scattered * path.radiance;
+        path.radiance = apart.light + apart.met + apart.beyond + apart.own;
         path.carried = apart.carried;
     }
 }
@@ -149,7 +156,7 @@ impl Walker<'_> {
         let far = if apart.beyond.is_black() { 0.0 } else { f64::from(to_own.mean()) / of_both };
         let [to_near, to_far] = [near, far].map(|per| (joint.density * per) as f32);
         let path = &mut paths[apart.path as usize];
-        path.radiance += path.carried * ((apart.light + apart.met) * to_near + apart.beyond * to_far);
+        path.radiance += path.carried * ((apart.light + apart.met) * to_near + apart.beyond * to_far + apart.own);
         for (link, [of_near, of_far]) in free.zip(&*scattered) {
             let [near, far] = [near, far].map(|per| (link.geometry * per) as f32);
             paths[link.from].radiance += link.f * (*of_near * near + *of_far * far);

@@ -125,7 +125,7 @@ impl Reuse {
     pub(super) fn join(&mut self, index: usize, path: &mut PathState, surface: &Surface<'_>, hit: Hit) {
         let Segment::Smooth { pdf, from, .. } = path.segment else { return };
         let alike = matches!(surface.bsdf, Scatter::One(Bsdf::Diffuse(_)));
-        if !(alike || surface.bsdf.is_wide()) {
+        if !(alike || surface.bsdf.scatters_everywhere()) {
             return;
         }
         let towards = |n: Vec3| if n.dot(surface.wo) < 0.0 { -n } else { n };
