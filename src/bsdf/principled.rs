@@ -415,3 +415,38 @@ impl SeenPrincipled {
         self.own.sample(wo, u)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::Bsdf;
+    use crate::sampler::{Sampler, SamplerKind};
+
+    #[test]
+    fn what_is_worked_out_ahead_changes_no_answer() {
+        let white = Disney { roughness: 0.4, sheen: 0.5, spec_tint: 0.3, ..Disney::default() };
+        let metal = Principled { disney: white, metallic: 0.7, clearcoat: 0.6, clearcoat_gloss: 0.5 };
+        let glass = Principled { disney: Disney { spec_trans: 0.8, flatness: 0.4, ..white }, ..Principled::default() };
+        let nothing = Principled { disney: Disney { base_color: Rgb::BLACK, eta: 1.0, ..white }, ..metal };
+        let sampler = Sampler { kind: SamplerKind::Independent, seed: 3 };
+        let direction = |i, set| warp::square_to_cosine_hemisphere(sampler.stream(set, 0, i).film());
+        for own in [Principled::default(), metal, glass, nothing].map(Bsdf::Principled) {
+            for i in 0..100 {
+                let (a, b, wi) = (direction(i, 0), direction(i, 1), direction(i, 2));
+                let a = if i % 3 == 0 { -a } else { a };
+                let mut ahead = own.clone();
+                ahead.look_from(a);
+                ahead.set(Parameter::Roughness, Rgb::splat(0.2));
+                let mut own = own.clone();
+                own.set(Parameter::Roughness, Rgb::splat(0.2));
+                for wo in [a, b] {
+                    assert_eq!(ahead.eval_pdf(wo, wi), own.eval_pdf(wo, wi), "{own:?} {wo} {wi}");
+                    assert_eq!(ahead.about_albedo(wo), own.about_albedo(wo), "{own:?} {wo}");
+                    let u = sampler.stream(3, 0, i).bsdf(0);
+                    let [x, y] = [&ahead, &own].map(|bsdf| bsdf.sample(wo, u).map(|s| (s.wi, s.weight, s.pdf)));
+                    assert_eq!(x, y, "{own:?} {wo}");
+                }
+            }
+        }
+    }
+}
