@@ -74,7 +74,12 @@ impl Disney {
     pub(super) fn facets(&self, roughness: f32) -> Microfacets {
         /// The smallest α, as in Mitsuba.
         const MIN_ALPHA: f32 = 1e-3;
-        let (alpha, aspect) = (sqr(roughness), safe_sqrt(1.0 - 0.9 * self.anisotropic));
+        let alpha = sqr(roughness);
+        if self.anisotropic == 0.0 {
+            let alpha = max(alpha, MIN_ALPHA);
+            return Microfacets::new(Distribution::Ggx, alpha, alpha);
+        }
+        let aspect = safe_sqrt(1.0 - 0.9 * self.anisotropic);
         Microfacets::new(Distribution::Ggx, max(alpha / aspect, MIN_ALPHA), max(alpha * aspect, MIN_ALPHA))
     }
 
@@ -110,6 +115,9 @@ impl Disney {
         let lambert = (1.0 - 0.5 * weight_i) * (1.0 - 0.5 * weight_o);
         let rough = 2.0 * self.roughness * sqr(cos_d);
         let retro = rough * (weight_o + weight_i + weight_o * weight_i * (rough - 1.0));
+        if !(self.flatness > 0.0) {
+            return self.base_color * (FRAC_1_PI * ((lambert + retro) * cos_i));
+        }
         // After Hanrahan and Krueger 1993. The quotient of cosines stays finite where both are tiny.
         let flat_at = |w: f32| 1.0 - w + w * 0.5 * rough;
         let flat = flat_at(weight_o) * flat_at(weight_i);

@@ -46,7 +46,7 @@ pub(super) struct View {
 }
 
 /// What microfacets that are mirrors show to a direction above.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mirrored {
     /// G₁/cos θ.
     pub(super) masking: f32,

@@ -11,7 +11,7 @@
 use super::disney::{Disney, share};
 use super::fresnel::{self, Interface};
 use super::gtr1::Gtr1;
-use super::microfacet::{Distribution, Microfacets};
+use super::microfacet::{Distribution, Microfacets, Mirrored};
 use super::parameter::{Parameter, up_to};
 use super::rough_dielectric::Crossing;
 use super::{BsdfSample, Lobes, NOTHING};
@@ -35,7 +35,27 @@ pub struct Principled {
     pub clearcoat_gloss: f32,
 }
 
+/// The same with what depends on nothing but the viewer's direction worked out ahead, for one of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenPrincipled {
+    own: Principled,
+    wo: Vec3,
+    /// `None` if nothing comes from there.
+    seen: Option<Seen>,
+}
+
+/// What all directions to one viewer have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Seen {
+    wo: Vec3,
+    shares: Shares,
+    facets: Microfacets,
+    /// What they reflect, if there are some; seen from outside.
+    view: Mirrored,
+}
+
 /// How often each lobe is sampled; the microfacets otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Shares {
     diffuse: f32,
     coat: f32,
@@ -128,10 +148,17 @@ impl Principled {
             if spec_tint > 0.0 {
                 dielectric += self.disney.tinted_fresnel(cos) * spec_tint;
             }
-            dielectric * (1.0 - self.metallic) + self.disney.schlick(base_color, cos) * self.metallic
+            match self.metallic > 0.0 {
+                true => dielectric * (1.0 - self.metallic) + self.disney.schlick(base_color, cos) * self.metallic,
+                false => dielectric,
+            }
         } else {
             Rgb::splat(glass * interface.reflectance)
         };
+        if self.only_mirrors() {
+            let reflects = if reflectance.is_black() { f32::NAN } else { 1.0 };
+            return Facet { reflectance, transmittance: Rgb::BLACK, reflects };
+        }
         let transmittance = self.disney.base_color.map(f32::sqrt) * (glass * interface.transmittance);
         let (r, t) = (reflectance.mean(), transmittance.mean());
         Facet { reflectance, transmittance, reflects: r / (r + t) }
@@ -154,6 +181,23 @@ impl Principled {
         let facets = share(self.has_facets(), facet.reflectance.mean() + facet.transmittance.mean());
         let all = diffuse + coat + facets;
         (all > 0.0).then(|| Shares { diffuse: diffuse / all, coat: coat / all, facets: facets / all, all })
+    }
+
+    /// What all directions have in common, seen from `wo`. `None` if nothing comes from there.
+    #[inline]
+    fn seen_from(&self, wo: Vec3) -> Option<Seen> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let (shares, facets) = (self.shares(wo)?, self.disney.facets(self.disney.roughness));
+        let reflects = self.has_facets() && wo.z > 0.0;
+        let view = if reflects { facets.mirrored(wo) } else { Mirrored { masking: 0.0, density: 0.0 } };
+        Some(Seen { wo, shares, facets, view })
+    }
+
+    /// See [`super::Bsdf::look_from`].
+    pub(super) fn look_from(&self, wo: Vec3) -> SeenPrincipled {
+        SeenPrincipled { own: *self, wo, seen: self.seen_from(wo) }
     }
 
     /// See [`super::Bsdf::about_albedo`].
@@ -191,16 +235,21 @@ impl Principled {
 
     #[inline(never)]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
-        if wo.z == 0.0 || wi.z == 0.0 {
+        self.seen_from(wo).map_or(NOTHING, |seen| self.towards(&seen, wi))
+    }
+
+    /// Value and density of a direction.
+    #[inline]
+    fn towards(&self, seen: &Seen, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        if wi.z == 0.0 {
             return NOTHING;
         }
-        let Some(shares) = self.shares(wo) else { return NOTHING };
-        if wo.z > 0.0 && wi.z > 0.0 { self.reflection(wo, wi, &shares) } else { self.interface(wo, wi, &shares) }
+        if seen.wo.z > 0.0 && wi.z > 0.0 { self.reflection(seen, wi) } else { self.interface(seen, wi) }
     }
 
     /// Value and density of reflection on the outside, where all lobes meet.
     #[inline]
-    fn reflection(&self, wo: Vec3, wi: Vec3, shares: &Shares) -> (Rgb, SolidAnglePdf) {
+    fn reflection(&self, &Seen { wo, ref shares, ref facets, view }: &Seen, wi: Vec3) -> (Rgb, SolidAnglePdf) {
         let Some(m) = (wo + wi).try_normalize() else { return NOTHING };
         let cos = min(wo.dot(m), 1.0);
         let (mut value, mut pdf) = (Rgb::BLACK, 0.0);
@@ -217,8 +266,6 @@ impl Principled {
         }
         let facet = self.facet(wo, cos, fresnel::dielectric(cos, self.eta_seen_from(wo)));
         if facet.reflects > 0.0 {
-            let facets = self.disney.facets(self.disney.roughness);
-            let view = facets.mirrored(wo);
             let d = 0.25 * facets.d(m);
             value += facet.reflectance * (d * view.masking * facets.g1(wi, m));
             // Where some of the normals refract, they are all that are visible; the density of those is GGX's own masking.
@@ -229,8 +276,8 @@ impl Principled {
     }
 
     /// Value and density of transmission, and of reflection inside.
-    #[inline]
-    fn interface(&self, wo: Vec3, wi: Vec3, shares: &Shares) -> (Rgb, SolidAnglePdf) {
+    #[inline(never)]
+    fn interface(&self, &Seen { wo, ref shares, ref facets, .. }: &Seen, wi: Vec3) -> (Rgb, SolidAnglePdf) {
         let reflects = (wo.z > 0.0) == (wi.z > 0.0);
         let eta = self.eta_seen_from(wo);
         let Some(m) = (if reflects { wo + wi } else { wo + eta * wi }).try_normalize() else { return NOTHING };
@@ -244,7 +291,6 @@ impl Principled {
         // Both cosines are known; Snell's law would lose the digits of the one near the critical angle.
         let interface = if reflects { fresnel::dielectric(cos_o, eta) } else { fresnel::refraction(cos_o, cos_i, eta) };
         let facet = self.facet(wo, cos_o, interface);
-        let facets = self.disney.facets(self.disney.roughness);
         let (view, d) = (facets.view(wo), facets.d(m));
         let (masking, visible) = (view.masking / wo.z.abs() * facets.g1(wi, m), view.visible / wo.z.abs());
         let (factor, p, share) = if reflects {
@@ -261,43 +307,45 @@ impl Principled {
 
     #[inline(never)]
     pub(super) fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
-        if wo.z == 0.0 {
-            return None;
-        }
-        let shares = self.shares(wo)?;
+        self.seen_from(wo).and_then(|seen| self.sample_seen(&seen, u))
+    }
+
+    #[inline]
+    fn sample_seen(&self, seen: &Seen, u: BsdfUniforms) -> Option<BsdfSample> {
+        let &Seen { wo, ref shares, .. } = seen;
         let lobe = u.lobe() - shares.diffuse;
         if lobe < 0.0 {
-            return self.reflected(wo, warp::square_to_cosine_hemisphere(u.direction()), &shares);
+            return self.reflected(seen, warp::square_to_cosine_hemisphere(u.direction()));
         }
         let lobe = lobe - shares.coat;
         if lobe < 0.0 {
             let m = self.coat().sample(u.direction());
-            return self.reflected(wo, 2.0 * wo.dot(m) * m - wo, &shares);
+            return self.reflected(seen, 2.0 * wo.dot(m) * m - wo);
         }
-        self.sample_facets(wo, u.direction(), lobe / shares.facets, &shares)
+        if self.only_mirrors() {
+            return self.reflected(seen, seen.facets.sample_mirrored(wo, u.direction()));
+        }
+        self.sample_facets(seen, u.direction(), lobe / shares.facets)
     }
 
     /// The sample of a direction on the outside.
     #[inline]
-    fn reflected(&self, wo: Vec3, wi: Vec3, shares: &Shares) -> Option<BsdfSample> {
+    fn reflected(&self, seen: &Seen, wi: Vec3) -> Option<BsdfSample> {
         let wi = wi.normalize();
         if !(wi.z > 0.0) {
             return None;
         }
-        let (value, pdf) = self.reflection(wo, wi, shares);
+        let (value, pdf) = self.reflection(seen, wi);
         (pdf.0 > 0.0).then(|| BsdfSample { wi, weight: value / pdf.0, pdf: Some(pdf), eta: 1.0 })
     }
 
     /// A direction by way of a microfacet, which reflects where the uniform number `lobe` says so.
-    #[inline]
-    fn sample_facets(&self, wo: Vec3, u: Vec2, lobe: f32, shares: &Shares) -> Option<BsdfSample> {
+    #[inline(never)]
+    fn sample_facets(&self, seen: &Seen, u: Vec2, lobe: f32) -> Option<BsdfSample> {
+        let &Seen { wo, ref shares, ref facets, .. } = seen;
         // Seen from below everything is mirrored, and the distribution is its own mirror image.
         let mirror = Vec3::new(1.0, 1.0, 1.0f32.copysign(wo.z));
         let above = wo * mirror;
-        let facets = self.disney.facets(self.disney.roughness);
-        if self.only_mirrors() {
-            return self.reflected(wo, facets.sample_mirrored(wo, u), shares);
-        }
         let m = facets.sample_visible(above, u);
         let cos_o = min(above.dot(m), 1.0);
         if !(cos_o > 0.0) {
@@ -312,7 +360,7 @@ impl Principled {
         let (wi, pdf, weight, eta) = if lobe < facet.reflects {
             let wi = 2.0 * cos_o * m - above;
             if wo.z > 0.0 {
-                return self.reflected(wo, wi, shares);
+                return self.reflected(seen, wi);
             }
             (wi, facet.reflects * density / (4.0 * cos_o), facet.reflectance / facet.reflects, 1.0)
         } else {
@@ -326,5 +374,79 @@ impl Principled {
         // On the wrong side, or seen edge-on; NaN falls here, too.
         let stays = (eta == 1.0) == (wi.z > 0.0) && pdf > 0.0;
         stays.then_some(BsdfSample { wi: wi * mirror, weight, pdf: Some(SolidAnglePdf(pdf)), eta })
+    }
+}
+
+impl SeenPrincipled {
+    pub(super) fn lobes(&self) -> Lobes {
+        self.own.lobes()
+    }
+
+    /// See [`super::Bsdf::scatters_everywhere`].
+    pub(super) fn scatters_everywhere(&self) -> bool {
+        self.own.scatters_everywhere()
+    }
+
+    /// See [`super::Bsdf::about_albedo`].
+    pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
+        if wo == self.wo { self.seen.map_or(0.0, |seen| seen.shares.all) } else { self.own.about_albedo(wo) }
+    }
+
+    /// Overrides one parameter; whether there is such a one.
+    pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
+        let known = self.own.set(parameter, value);
+        *self = self.own.look_from(self.wo);
+        known
+    }
+
+    #[inline(never)]
+    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        if wo == self.wo {
+            return self.seen.as_ref().map_or(NOTHING, |seen| self.own.towards(seen, wi));
+        }
+        self.own.eval_pdf(wo, wi)
+    }
+
+    #[inline(never)]
+    pub(super) fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        if wo == self.wo {
+            return self.seen.as_ref().and_then(|seen| self.own.sample_seen(seen, u));
+        }
+        self.own.sample(wo, u)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::Bsdf;
+    use crate::sampler::{Sampler, SamplerKind};
+
+    #[test]
+    fn what_is_worked_out_ahead_changes_no_answer() {
+        let white = Disney { roughness: 0.4, sheen: 0.5, spec_tint: 0.3, ..Disney::default() };
+        let metal = Principled { disney: white, metallic: 0.7, clearcoat: 0.6, clearcoat_gloss: 0.5 };
+        let glass = Principled { disney: Disney { spec_trans: 0.8, flatness: 0.4, ..white }, ..Principled::default() };
+        let nothing = Principled { disney: Disney { base_color: Rgb::BLACK, eta: 1.0, ..white }, ..metal };
+        let sampler = Sampler { kind: SamplerKind::Independent, seed: 3 };
+        let direction = |i, set| warp::square_to_cosine_hemisphere(sampler.stream(set, 0, i).film());
+        for own in [Principled::default(), metal, glass, nothing].map(Bsdf::Principled) {
+            for i in 0..100 {
+                let (a, b, wi) = (direction(i, 0), direction(i, 1), direction(i, 2));
+                let a = if i % 3 == 0 { -a } else { a };
+                let mut ahead = own.clone();
+                ahead.look_from(a);
+                ahead.set(Parameter::Roughness, Rgb::splat(0.2));
+                let mut own = own.clone();
+                own.set(Parameter::Roughness, Rgb::splat(0.2));
+                for wo in [a, b] {
+                    assert_eq!(ahead.eval_pdf(wo, wi), own.eval_pdf(wo, wi), "{own:?} {wo} {wi}");
+                    assert_eq!(ahead.about_albedo(wo), own.about_albedo(wo), "{own:?} {wo}");
+                    let u = sampler.stream(3, 0, i).bsdf(0);
+                    let [x, y] = [&ahead, &own].map(|bsdf| bsdf.sample(wo, u).map(|s| (s.wi, s.weight, s.pdf)));
+                    assert_eq!(x, y, "{own:?} {wo}");
+                }
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Finished pictures: arrays of pixels, and the files they are written to.
 
+mod blocks;
 pub mod compare;
 mod decode;
 mod exr_file;

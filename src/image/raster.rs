@@ -1,12 +1,15 @@
 //! Pictures as textures use them: kept in the bits of their file, decoded texel by texel.
 
+use super::blocks::Blocks;
 use super::{Picture, decode};
 use crate::error::Result;
 use crate::spectrum::{Rgb, srgb_to_linear};
+use glam::Vec3;
 use half::f16;
 use image::ImageFormat;
 use std::fmt;
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// A picture of one to four channels (grey, grey and alpha, red green blue, and alpha), row by row from the top.
 pub struct Raster {
@@ -14,8 +17,8 @@ pub struct Raster {
     height: u32,
     channels: u32,
     samples: Samples,
-    /// What each integer sample of a colour stands for; empty for floating-point samples.
-    colour_of: Vec<f32>,
+    /// What each integer sample of a colour stands for; zeros for floating-point samples.
+    colour_of: Table,
     /// What it is called, if it was told.
     name: String,
 }
@@ -27,18 +30,46 @@ pub(super) enum Samples {
     U16(Vec<u16>),
     Half(Vec<f16>),
     Float(Vec<f32>),
+    /// 8-bit colours in another order.
+    Blocks(Blocks),
 }
 
-impl Samples {
-    /// What each integer stands for.
-    fn decoding_table(&self, raw: bool) -> Vec<f32> {
-        let most = match self {
-            Self::U8(_) => u16::from(u8::MAX),
-            Self::U16(_) => u16::MAX,
-            Self::Half(_) | Self::Float(_) => return Vec::new(),
+/// What integers stand for: the same numbers for all pictures, so that they stay in the first cache.
+#[derive(Clone, Copy)]
+struct Table {
+    of_8_bits: &'static [f32; TABLE_8],
+    of_16_bits: &'static [f32],
+}
+
+/// How many integers of 8 bits there are.
+const TABLE_8: usize = 1 << u8::BITS;
+
+impl Table {
+    /// For colours, of the transfer function of sRGB or `raw`; the one of 16 bits only where it is `long`.
+    fn new(raw: bool, long: bool) -> Self {
+        static SHORT: [OnceLock<[f32; TABLE_8]>; 2] = [const { OnceLock::new() }; 2];
+        static LONG: [OnceLock<Vec<f32>>; 2] = [const { OnceLock::new() }; 2];
+        let decode = |v: usize, most: u16| {
+            let v = v as f64 / f64::from(most);
+            (if raw { v } else { srgb_to_linear(v) }) as f32
         };
-        let decode = |v: f64| if raw { v } else { srgb_to_linear(v) };
-        (0..=most).map(|v| decode(f64::from(v) / f64::from(most)) as f32).collect()
+        let of_8_bits = || std::array::from_fn(|v| decode(v, u16::from(u8::MAX)));
+        let of_16_bits = || (0..=usize::from(u16::MAX)).map(|v| decode(v, u16::MAX)).collect();
+        Self {
+            of_8_bits: SHORT[usize::from(raw)].get_or_init(of_8_bits),
+            of_16_bits: if long { LONG[usize::from(raw)].get_or_init(of_16_bits) } else { &[] },
+        }
+    }
+
+    /// For samples of a type.
+    fn of(samples: &Samples, raw: bool) -> Self {
+        Self::new(raw, matches!(samples, Samples::U16(_)))
+    }
+
+    #[inline(always)]
+    fn colour(self, [r, g, b, _]: [u8; 4]) -> Vec3 {
+        let value = |v: u8| self.of_8_bits[v as usize];
+        Vec3::new(value(r), value(g), value(b))
     }
 }
 
@@ -69,7 +100,11 @@ impl Raster {
     }
 
     pub(super) fn new((width, height): (u32, u32), channels: u32, samples: Samples, raw: bool) -> Self {
-        let colour_of = samples.decoding_table(raw);
+        let colour_of = Table::of(&samples, raw);
+        let samples = match samples {
+            Samples::U8(samples) if channels >= 3 => Samples::Blocks(Blocks::new(width, channels, &samples)),
+            others => others,
+        };
         Self { width, height, channels, samples, colour_of, name: String::new() }
     }
 
@@ -86,7 +121,7 @@ impl Raster {
     /// The same samples, with or without the transfer function of sRGB.
     pub fn decoded_as(&self, raw: bool) -> Self {
         let (samples, name) = (self.samples.clone(), self.name.clone());
-        let colour_of = samples.decoding_table(raw);
+        let colour_of = Table::of(&samples, raw);
         Self { samples, colour_of, name, ..*self }
     }
 
@@ -113,7 +148,7 @@ impl Raster {
     /// Type of its samples, for people: `8-bit`, `float`.
     pub fn sample_type(&self) -> &'static str {
         match &self.samples {
-            Samples::U8(_) => "8-bit",
+            Samples::U8(_) | Samples::Blocks(_) => "8-bit",
             Samples::U16(_) => "16-bit",
             Samples::Half(_) => "half",
             Samples::Float(_) => "float",
@@ -132,11 +167,9 @@ impl Raster {
 
     /// The smallest and the largest linear value of any colour; `None` where one is not finite.
     pub fn range(&self) -> Option<[f32; 2]> {
-        let (channels, colours) = (self.channels as usize, if self.is_grey() { 1 } else { 3 });
-        let pixels = self.width as usize * self.height as usize;
-        let values = (0..pixels).flat_map(|pixel| (0..colours).map(move |c| self.linear(pixel * channels + c)));
-        values.into_iter().try_fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], v| {
-            v.is_finite().then(|| [low.min(v), high.max(v)])
+        let pixels = (0..self.height).flat_map(|y| (0..self.width).map(move |x| self.colour(x, y).0));
+        pixels.into_iter().try_fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], v| {
+            v.is_finite().then(|| [low.min(v.min_element()), high.max(v.max_element())])
         })
     }
 
@@ -147,18 +180,38 @@ impl Raster {
             Samples::U16(s) => 2 * s.len(),
             Samples::Half(s) => 2 * s.len(),
             Samples::Float(s) => 4 * s.len(),
+            Samples::Blocks(blocks) => blocks.memory_bytes(),
         };
-        (samples + 4 * self.colour_of.len()) as u64
+        samples as u64
     }
 
     /// The linear colour of the pixel in column `x` of row `y`.
     #[inline]
     pub fn colour(&self, x: u32, y: u32) -> Rgb {
+        if let Samples::Blocks(blocks) = &self.samples {
+            return Rgb(self.colour_of.colour(blocks.pixel(x, y)));
+        }
         let at = self.index(x, y);
         if self.is_grey() {
             return Rgb::splat(self.linear(at));
         }
         Rgb::new(self.linear(at), self.linear(at + 1), self.linear(at + 2))
+    }
+
+    /// The linear colours of the pixels in the columns `x` of the row `y[0]`, and of those in the row `y[1]`.
+    #[inline]
+    pub fn four(&self, x: [u32; 2], y: [u32; 2]) -> [[Rgb; 2]; 2] {
+        if let Samples::Blocks(blocks) = &self.samples {
+            // All pixels before any colour: they may be far away.
+            let pixels = [
+                [blocks.pixel(x[0], y[0]), blocks.pixel(x[1], y[0])],
+                [blocks.pixel(x[0], y[1]), blocks.pixel(x[1], y[1])],
+            ];
+            let colour = |pixel| Rgb(self.colour_of.colour(pixel));
+            let [[a, b], [c, d]] = pixels;
+            return [[colour(a), colour(b)], [colour(c), colour(d)]];
+        }
+        [[self.colour(x[0], y[0]), self.colour(x[1], y[0])], [self.colour(x[0], y[1]), self.colour(x[1], y[1])]]
     }
 
     /// Its opacity: 1 where the picture does not say.
@@ -167,12 +220,25 @@ impl Raster {
         if !self.has_alpha() {
             return 1.0;
         }
-        let at = self.index(x, y) + self.channels as usize - 1;
+        let at = || self.index(x, y) + self.channels as usize - 1;
         match &self.samples {
-            Samples::U8(s) => f32::from(s[at]) / f32::from(u8::MAX),
-            Samples::U16(s) => f32::from(s[at]) / f32::from(u16::MAX),
-            Samples::Half(s) => s[at].to_f32(),
-            Samples::Float(s) => s[at],
+            Samples::U8(s) => f32::from(s[at()]) / f32::from(u8::MAX),
+            Samples::Blocks(blocks) => f32::from(blocks.pixel(x, y)[3]) / f32::from(u8::MAX),
+            Samples::U16(s) => f32::from(s[at()]) / f32::from(u16::MAX),
+            Samples::Half(s) => s[at()].to_f32(),
+            Samples::Float(s) => s[at()],
+        }
+    }
+
+    /// Some bits of the memory that the pixel in column `x` of row `y` is in.
+    #[inline]
+    pub fn touch(&self, x: u32, y: u32) -> u32 {
+        match &self.samples {
+            Samples::Blocks(blocks) => u32::from(blocks.pixel(x, y)[0]),
+            Samples::U8(s) => u32::from(s[self.index(x, y)]),
+            Samples::U16(s) => u32::from(s[self.index(x, y)]),
+            Samples::Half(s) => u32::from(s[self.index(x, y)].to_bits()),
+            Samples::Float(s) => s[self.index(x, y)].to_bits(),
         }
     }
 
@@ -181,13 +247,15 @@ impl Raster {
         (y as usize * self.width as usize + x as usize) * self.channels as usize
     }
 
+    /// Of what does not lie in blocks.
     #[inline]
     fn linear(&self, at: usize) -> f32 {
         match &self.samples {
-            Samples::U8(s) => self.colour_of[s[at] as usize],
-            Samples::U16(s) => self.colour_of[s[at] as usize],
+            Samples::U8(s) => self.colour_of.of_8_bits[s[at] as usize],
+            Samples::U16(s) => self.colour_of.of_16_bits[s[at] as usize],
             Samples::Half(s) => s[at].to_f32(),
             Samples::Float(s) => s[at],
+            Samples::Blocks(_) => 0.0,
         }
     }
 }

@@ -25,7 +25,7 @@ use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
 use crate::sampler::{Batch, BsdfUniforms, Sampler};
 use crate::sampling::pdf::SolidAnglePdf;
-use crate::scene::{Scene, Surface};
+use crate::scene::{AHEAD, Ahead, Scene, Surface};
 use crate::shape::offset::SurfacePoint;
 use crate::spectrum::Rgb;
 use fearless_simd::{Level, Simd};
@@ -91,6 +91,8 @@ pub(super) struct Wave {
     hits: Vec<Hit>,
     /// Light samples that wait to know whether they are visible.
     shadows: Shadows,
+    /// What was looked at ahead, if the scene does.
+    ahead: Ahead,
     /// Room for the layers of one surface.
     layers: Vec<Layer>,
     /// What neighbours share, if they do.
@@ -256,12 +258,22 @@ impl Walker<'_> {
 
     /// One vertex of every path.
     fn advance_all<T: Technique>(&self, wave: &mut Wave, record: &mut impl Record) {
+        let looks_ahead = self.scene.looks_ahead();
         with_avx2(
             self.level,
             #[inline(always)]
             || {
-                for index in 0..wave.active.len() {
-                    self.advance::<T>(wave, index, record);
+                let count = wave.active.len();
+                for start in (0..count).step_by(AHEAD) {
+                    let some = start..count.min(start + AHEAD);
+                    if looks_ahead {
+                        let Wave { paths, active, hits, ahead, .. } = &mut *wave;
+                        let ray = |i: usize| &paths[active[start + i] as usize].ray;
+                        self.scene.look_ahead(&hits[some.clone()], ray, ahead);
+                    }
+                    for index in some {
+                        self.advance::<T>(wave, index, record);
+                    }
                 }
             },
         );
@@ -287,7 +299,8 @@ impl Walker<'_> {
         if last && self.scene.appearances[hit.shape as usize].light.is_none() {
             return end(path, "the depth limit", record);
         }
-        let surface = self.scene.surface(&path.ray, hit, &mut wave.layers);
+        let looked_at = || wave.ahead.met(index % AHEAD);
+        let surface = self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers);
         if self.scene.absorbs() {
             self.absorb(path, &surface, hit);
         }

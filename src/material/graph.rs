@@ -5,12 +5,16 @@ use crate::bsdf::{Bsdf, Parameter};
 use crate::math::float::{max, min, sqr};
 use crate::math::frame::Frame;
 use crate::spectrum::Rgb;
-use crate::texture::{TexturePoint, Textures};
+use crate::texture::{Pixel, TexturePoint, Textures};
 use glam::{Vec2, Vec3};
 
 /// How bsdfs are combined. A node refers only to those before it; the last one is the material.
 #[derive(Clone, Debug, Default)]
-pub struct Graph(Vec<Node>);
+pub struct Graph {
+    nodes: Vec<Node>,
+    /// Every texture that a node names, each once.
+    textures: Vec<u32>,
+}
 
 /// A part of a material. Nodes are referred to by their index in the graph, textures by theirs in the scene.
 #[derive(Clone, Debug)]
@@ -116,6 +120,25 @@ pub struct Place<'a> {
     pub mirrored: bool,
 }
 
+impl Node {
+    /// The textures that it names.
+    fn textures(&self) -> Vec<u32> {
+        let of_normal = |normal: &NormalSource| match *normal {
+            NormalSource::Map { texture, .. } | NormalSource::Bump { height: texture, .. } => texture,
+        };
+        match self {
+            Self::Leaf { varying, coat_normal, .. } => {
+                varying.iter().map(|(_, texture)| *texture).chain(coat_normal.iter().map(of_normal)).collect()
+            }
+            Self::Blend { weight: Number::Texture(index), .. } | Self::Mask { opacity: Number::Texture(index), .. } => {
+                vec![*index]
+            }
+            Self::Perturbed { normal, .. } => vec![of_normal(normal)],
+            Self::TwoSided { .. } | Self::Blend { .. } | Self::Mask { .. } => Vec::new(),
+        }
+    }
+}
+
 impl Number {
     fn at(self, textures: &Textures, point: &TexturePoint<'_>) -> f32 {
         match self {
@@ -129,14 +152,25 @@ impl Number {
 impl Graph {
     /// From nodes, at least one, each of which refers only to those before it; the last is the material.
     pub fn new(nodes: Vec<Node>) -> Self {
-        Self(nodes)
+        let mut textures: Vec<u32> = nodes.iter().flat_map(Node::textures).collect();
+        textures.sort_unstable();
+        textures.dedup();
+        Self { nodes, textures }
+    }
+
+    /// Adds the pixels that [`Self::resolve`] will read at a point.
+    #[inline]
+    pub fn find_pixels(&self, textures: &Textures, point: &TexturePoint<'_>, pixels: &mut Vec<Pixel>) {
+        for &index in &self.textures {
+            textures.find_pixels(index, point, pixels);
+        }
     }
 
     /// Every bsdf in it.
     pub fn bsdfs(&self) -> impl Iterator<Item = &Bsdf> {
         /// What a mask has besides.
         const NULL: Bsdf = Bsdf::Null(crate::bsdf::Null);
-        self.0.iter().filter_map(|node| match node {
+        self.nodes.iter().filter_map(|node| match node {
             Node::Leaf { bsdf, .. } => Some(bsdf),
             Node::Mask { .. } => Some(&NULL),
             Node::TwoSided { .. } | Node::Blend { .. } | Node::Perturbed { .. } => None,
@@ -146,7 +180,7 @@ impl Graph {
     /// The layers of the material at a place, in place of what `layers` holds.
     pub fn resolve(&self, textures: &Textures, place: &Place<'_>, layers: &mut Vec<Layer>) {
         layers.clear();
-        if let Some(root) = self.0.len().checked_sub(1) {
+        if let Some(root) = self.nodes.len().checked_sub(1) {
             Resolver { graph: self, textures, place, layers }.node(root as u32, 1.0, None);
             if layers.len() > 1 {
                 layer::set_chances(layers, place.wo);
@@ -168,28 +202,8 @@ impl Resolver<'_> {
         if !(weight > 0.0) {
             return;
         }
-        match &self.graph.0[index as usize] {
-            Node::Leaf { bsdf, varying, coat_normal } => {
-                let mut bsdf = bsdf.clone();
-                for &(parameter, texture) in varying {
-                    let point = &self.place.point;
-                    let value = match parameter.is_colour() {
-                        true => self.textures.colour(texture, point),
-                        false => Rgb::splat(self.textures.number(texture, point)),
-                    };
-                    bsdf.set(parameter, value);
-                }
-                if let Bsdf::Gltf(gltf) = &mut bsdf
-                    && (perturbation.is_some() || coat_normal.is_some())
-                {
-                    // The coat follows the surface or a map of its own, not the base's normal.
-                    let wo = self.place.wo;
-                    let n = coat_normal.map_or(Vec3::Z, |map| bent(self.mapped(map, None).normalize_or(Vec3::Z), wo));
-                    let base = perturbation.as_ref().map_or(1.0, |p| p.base);
-                    gltf.set_coat_normal(own(perturbation.as_ref(), n * base));
-                }
-                self.layers.push(Layer { weight, chance: weight, bsdf, perturbation });
-            }
+        match &self.graph.nodes[index as usize] {
+            Node::Leaf { bsdf, varying, coat_normal } => self.leaf(bsdf, varying, *coat_normal, weight, perturbation),
             &Node::TwoSided { front, back } => match own(perturbation.as_ref(), self.place.wo).z < 0.0 {
                 false => self.node(front, weight, perturbation),
                 true => self.node(back, weight, Some(mirrored(perturbation))),
@@ -213,6 +227,39 @@ impl Resolver<'_> {
                 self.node(nested, weight, Some(own));
             }
         }
+    }
+
+    /// A bsdf with the numbers of the place.
+    fn leaf(
+        &mut self,
+        bsdf: &Bsdf,
+        varying: &[(Parameter, u32)],
+        coat_normal: Option<NormalSource>,
+        weight: f32,
+        perturbation: Option<Perturbation>,
+    ) {
+        let coated = matches!(bsdf, Bsdf::Gltf(_)) && (perturbation.is_some() || coat_normal.is_some());
+        let coat = coated.then(|| self.coat(coat_normal, perturbation.as_ref()));
+        // Changed where it is to stay: it is large.
+        self.layers.push(Layer { weight, chance: weight, bsdf: bsdf.clone(), perturbation });
+        let Some(Layer { bsdf, perturbation, .. }) = self.layers.last_mut() else { return };
+        for &(parameter, texture) in varying {
+            let value = match parameter.is_colour() {
+                true => self.textures.colour(texture, &self.place.point),
+                false => Rgb::splat(self.textures.number(texture, &self.place.point)),
+            };
+            bsdf.set(parameter, value);
+        }
+        if let (Bsdf::Gltf(gltf), Some(n)) = (&mut *bsdf, coat) {
+            gltf.set_coat_normal(n);
+        }
+        bsdf.look_from(own(perturbation.as_ref(), self.place.wo));
+    }
+
+    /// The normal of a coat in its layer's frame: it follows the surface or a map of its own, not the base's normal.
+    fn coat(&self, normal: Option<NormalSource>, perturbation: Option<&Perturbation>) -> Vec3 {
+        let n = normal.map_or(Vec3::Z, |map| bent(self.mapped(map, None).normalize_or(Vec3::Z), self.place.wo));
+        own(perturbation, n * perturbation.map_or(1.0, |p| p.base))
     }
 
     /// A normal in the frame `outer`, of any length.

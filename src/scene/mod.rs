@@ -7,11 +7,13 @@
 //! far from the origin loses nothing, no square or product overflows, and a file whose lengths are all multiplied by a
 //! power of two gives the same compiled scene, bit for bit. Radiance does not depend on the unit of length.
 
+mod ahead;
 pub mod compile;
 mod features;
 mod space;
 mod surface;
 
+pub use ahead::{AHEAD, Ahead, Met};
 pub use features::Features;
 pub use surface::Surface;
 
@@ -114,10 +116,22 @@ impl Scene {
     /// `layers` is room for the layers of a material that varies; what is in it does not matter.
     #[inline(always)]
     pub fn surface<'a>(&'a self, ray: &Ray, hit: Hit, layers: &'a mut Vec<Layer>) -> Surface<'a> {
+        self.surface_looked_at(ray, hit, || None, layers)
+    }
+
+    /// The same where [`Self::look_ahead`] may have looked at the hit and found `met`, which is asked only if it can have.
+    #[inline(always)]
+    pub fn surface_looked_at<'a, 'm>(
+        &'a self,
+        ray: &Ray,
+        hit: Hit,
+        met: impl FnOnce() -> Option<&'m Met>,
+        layers: &'a mut Vec<Layer>,
+    ) -> Surface<'a> {
         let appearance = self.appearances[hit.shape as usize];
         let material = match &self.materials[appearance.material as usize] {
             Material::Plain(sides) => sides,
-            Material::Varying(graph) => return self.varying_surface(ray, hit, graph, layers),
+            Material::Varying(graph) => return self.varying_surface(ray, hit, met(), graph, layers),
         };
         // Twice the same: a point that came from either would have to be put into memory, and read too soon after.
         let mut surface = match &self.shapes[hit.shape as usize] {
@@ -132,20 +146,34 @@ impl Scene {
 
     /// A surface whose material is worked out for the point: not inlined, as most scenes have none.
     #[inline(never)]
-    fn varying_surface<'a>(&'a self, ray: &Ray, hit: Hit, graph: &Graph, layers: &'a mut Vec<Layer>) -> Surface<'a> {
+    fn varying_surface<'a>(
+        &'a self,
+        ray: &Ray,
+        hit: Hit,
+        met: Option<&Met>,
+        graph: &Graph,
+        layers: &'a mut Vec<Layer>,
+    ) -> Surface<'a> {
         let appearance = self.appearances[hit.shape as usize];
-        let shape = &self.shapes[hit.shape as usize];
-        let ShapePoint { point, shading_normal } = shape.meet(ray, hit.primitive);
-        let at = appearance.uvs.map(|uvs| self.uvs[uvs as usize].at(shape, hit.primitive, point.p)).unwrap_or_default();
-        let frame = match appearance.tangents {
-            _ if appearance.along_uvs => Frame::from_tangent(shading_normal, at.tangent),
-            Some(field) => self.anisotropic_frame(field, hit.primitive, shading_normal, point),
-            None => Frame::from_normal(shading_normal),
+        let own;
+        let Met { shape: ShapePoint { point, shading_normal }, at } = match met {
+            Some(met) => met,
+            None => {
+                own = self.meet(ray, hit);
+                &own
+            }
         };
+        let frame = match appearance.tangents {
+            _ if appearance.along_uvs => Frame::from_tangent(*shading_normal, at.tangent),
+            Some(field) => self.anisotropic_frame(field, hit.primitive, *shading_normal, *point),
+            None => Frame::from_normal(*shading_normal),
+        };
+        // Without tangents nothing asks how the surface moves with its texture coordinates.
+        let dp = if appearance.along_uvs { [frame.to_local(at.dp[0]), frame.to_local(at.dp[1])] } else { at.dp };
         let place = Place {
-            point: self.texture_point(appearance, hit.primitive, &at),
+            point: self.texture_point(appearance, hit.primitive, at),
             wo: frame.to_local(-ray.d),
-            dp: at.dp.map(|d| frame.to_local(d)),
+            dp,
             mirrored: at.mirrored,
         };
         graph.resolve(&self.textures, &place, layers);
@@ -153,7 +181,7 @@ impl Scene {
             [Layer { bsdf, perturbation: None, .. }] => Scatter::One(bsdf),
             layers => Scatter::Layers(layers),
         };
-        Surface { point, frame, wo: -ray.d, bsdf, light: appearance.light }
+        Surface { point: *point, frame, wo: -ray.d, bsdf, light: appearance.light }
     }
 
     /// Where textures are asked, at a point with these texture coordinates.

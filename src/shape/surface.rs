@@ -73,13 +73,36 @@ impl TriangleMesh {
     /// Where `ray` meets triangle `face`.
     #[inline(always)]
     pub(crate) fn meet(&self, ray: &Ray, face: u32) -> ShapePoint {
+        self.meet_at(ray, face).0
+    }
+
+    /// The same, and the barycentric coordinates.
+    #[inline(always)]
+    pub(crate) fn meet_at(&self, ray: &Ray, face: u32) -> (ShapePoint, [f64; 3]) {
         let triangle = self.corner(face);
         let b = triangle::barycentrics(ray, &triangle);
         let b = b.unwrap_or_else(|| {
             let [v0, v1, v2] = self.triangle(face);
             triangle::resolve(ray, v0, v1, v2).b
         });
-        self.at(face, &triangle, b)
+        (self.at(face, &triangle, b), b)
+    }
+
+    /// Some bits of the memory that a triangle's indices and plane are in.
+    #[inline]
+    pub(crate) fn touch_face(&self, face: u32) -> u32 {
+        self.faces[face as usize][0] ^ self.planes.get(face as usize).map_or(0, |plane| plane.slack.to_bits())
+    }
+
+    /// Some bits of the memory that its vertices and their normals are in.
+    #[inline]
+    pub(crate) fn touch_vertices(&self, face: u32) -> u32 {
+        let mut bits = 0;
+        for i in self.faces[face as usize] {
+            bits ^= self.positions[i as usize].x.to_bits();
+            bits ^= self.normals.get(i as usize).map_or(0, |n| n.x.to_bits());
+        }
+        bits
     }
 
     /// The point of triangle `face` with these barycentric coordinates.
@@ -111,9 +134,9 @@ impl TriangleMesh {
 
     #[inline(never)]
     fn interpolated_normal(&self, face: u32, b: [f64; 3]) -> Option<Vec3> {
-        let [n0, n1, n2] = self.faces[face as usize].map(|i| self.normals[i as usize]);
-        let [b0, b1, b2] = b.map(|b| b as f32);
-        (n0 * b0 + n1 * b1 + n2 * b2).try_normalize()
+        let [i0, i1, i2] = self.faces[face as usize];
+        let [n0, n1, n2] = [self.normals[i0 as usize], self.normals[i1 as usize], self.normals[i2 as usize]];
+        (n0 * b[0] as f32 + n1 * b[1] as f32 + n2 * b[2] as f32).try_normalize()
     }
 
     /// Areas of the triangles, each in the compiled scene's length².

@@ -99,36 +99,86 @@ impl UvField {
             (Self::Mesh { .. }, _) => UvPoint::default(),
         }
     }
+
+    /// The same where the barycentric coordinates of a point of a mesh (not of one that is placed) are known; derivatives and
+    /// tangents only if they are `wanted`, else they may be zero.
+    #[inline]
+    pub(crate) fn at_known(
+        &self,
+        shape: &Shape,
+        primitive: u32,
+        (p, b): (DVec3, Option<[f64; 3]>),
+        wanted: bool,
+    ) -> UvPoint {
+        match (self, shape, b) {
+            (Self::Mesh { uvs, tangents }, Shape::Mesh(mesh), Some(b)) => {
+                let vertices = mesh.faces[primitive as usize];
+                let corners = corners(vertices, uvs);
+                if wanted { moving(mesh, primitive, corners, b, tangents) } else { still(vertices, corners, b) }
+            }
+            _ => self.at(shape, primitive, p),
+        }
+    }
+
+    /// Some bits of the memory that the texture coordinates of these vertices are in.
+    #[inline]
+    pub(crate) fn touch(&self, vertices: [u32; 3]) -> u32 {
+        let Self::Mesh { uvs, tangents } = self else { return 0 };
+        let mut bits = 0;
+        for i in vertices {
+            bits ^= uvs.get(i as usize).map_or(0, |uv| uv.x.to_bits());
+            bits ^= tangents.get(i as usize).map_or(0, |tangent| tangent.x.to_bits());
+        }
+        bits
+    }
 }
 
 fn on_triangle(mesh: &TriangleMesh, face: u32, p: DVec3, uvs: &[Vec2], tangents: &[Vec4]) -> UvPoint {
-    let vertices = mesh.faces[face as usize];
-    let corners = match uvs {
-        [] => [DVec2::ZERO, DVec2::X, DVec2::Y],
-        _ => vertices.map(|i| uvs[i as usize].as_dvec2()),
-    };
     let [a, b, c] = mesh.triangle(face).map(|v| v.as_dvec3());
     let (e1, e2) = (b - a, c - a);
     // Barycentric coordinates as ratios of signed areas along the normal.
     let n = e1.cross(e2);
     let (b1, b2) = ((p - a).cross(e2).dot(n) / n.length_squared(), e1.cross(p - a).dot(n) / n.length_squared());
+    let corners = corners(mesh.faces[face as usize], uvs);
+    moving(mesh, face, corners, [1.0 - b1 - b2, b1, b2], tangents)
+}
+
+/// The texture coordinates of the vertices of a triangle.
+#[inline]
+fn corners([i, j, k]: [u32; 3], uvs: &[Vec2]) -> [DVec2; 3] {
+    match uvs {
+        [] => [DVec2::ZERO, DVec2::X, DVec2::Y],
+        _ => [uvs[i as usize].as_dvec2(), uvs[j as usize].as_dvec2(), uvs[k as usize].as_dvec2()],
+    }
+}
+
+/// Where there are these barycentric coordinates between corners with these texture coordinates, without derivatives.
+#[inline]
+fn still(vertices: [u32; 3], corners: [DVec2; 3], b: [f64; 3]) -> UvPoint {
+    let uv = corners[0] + (corners[1] - corners[0]) * b[1] + (corners[2] - corners[0]) * b[2];
+    let weights = [b[0] as f32, b[1] as f32, b[2] as f32];
+    UvPoint { uv: uv.as_vec2(), corners: Some((vertices, weights)), ..UvPoint::default() }
+}
+
+/// The same with derivatives and tangents.
+fn moving(mesh: &TriangleMesh, face: u32, corners: [DVec2; 3], b: [f64; 3], tangents: &[Vec4]) -> UvPoint {
+    let vertices = mesh.faces[face as usize];
+    let [v0, v1, v2] = mesh.triangle(face);
+    let (e1, e2) = (v1.as_dvec3() - v0.as_dvec3(), v2.as_dvec3() - v0.as_dvec3());
     let (d1, d2) = (corners[1] - corners[0], corners[2] - corners[0]);
-    let uv = corners[0] + d1 * b1 + d2 * b2;
     // Cramer's rule for the equations ∂p/∂u·du + ∂p/∂v·dv = dp of the two edges.
     let det = d1.perp_dot(d2);
     let dp = match det == 0.0 {
         true => [Vec3::ZERO; 2],
-        false => [(e1 * d2.y - e2 * d1.y) / det, (e2 * d1.x - e1 * d2.x) / det].map(DVec3::as_vec3),
+        false => [((e1 * d2.y - e2 * d1.y) / det).as_vec3(), ((e2 * d1.x - e1 * d2.x) / det).as_vec3()],
     };
     let (mut tangent, mut mirrored) = (dp[0], false);
     if !tangents.is_empty() {
-        let [a, b, c] = vertices.map(|i| tangents[i as usize].as_dvec4());
-        let between = a * (1.0 - b1 - b2) + b * b1 + c * b2;
+        let [t0, t1, t2] = vertices.map(|i| tangents[i as usize].as_dvec4());
+        let between = t0 * b[0] + t1 * b[1] + t2 * b[2];
         (tangent, mirrored) = (between.truncate().as_vec3(), between.w < 0.0);
     }
-    let weights = [1.0 - b1 - b2, b1, b2].map(|b| b as f32);
-    let has_side = !tangents.is_empty();
-    UvPoint { uv: uv.as_vec2(), dp, tangent, mirrored, has_side, corners: Some((vertices, weights)) }
+    UvPoint { dp, tangent, mirrored, has_side: !tangents.is_empty(), ..still(vertices, corners, b) }
 }
 
 impl Quadric {

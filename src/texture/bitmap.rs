@@ -1,6 +1,7 @@
 //! Pictures as textures: lookups between and beyond their pixels.
 
 use crate::image::Raster;
+use crate::math::float::{max, min};
 use crate::spectrum::Rgb;
 use glam::Vec2;
 use std::sync::Arc;
@@ -19,8 +20,8 @@ pub enum Wrap {
 impl Wrap {
     /// The column (or row) of a picture of `size` columns that stands for column `i`.
     #[inline]
-    fn column(self, i: i64, size: u32) -> u32 {
-        let n = i64::from(size);
+    fn column(self, i: i32, size: u32) -> u32 {
+        let (i, n) = (i64::from(i), i64::from(size));
         let column = match self {
             Self::Repeat => i.rem_euclid(n),
             Self::Mirror => {
@@ -30,6 +31,20 @@ impl Wrap {
             Self::Clamp => i.clamp(0, n - 1),
         };
         column as u32
+    }
+
+    /// That, and the one for column `i` + 1.
+    #[inline]
+    fn columns(self, i: i32, size: u32) -> [u32; 2] {
+        let first = match self {
+            // Most pictures, and most coordinates of the others, without a division.
+            Self::Repeat if size.is_power_of_two() => i.cast_unsigned() & (size - 1),
+            Self::Repeat if i.cast_unsigned() < size => i.cast_unsigned(),
+            Self::Repeat => self.column(i, size),
+            // A step beyond the last number would overflow.
+            Self::Mirror | Self::Clamp => return [self.column(i, size), self.column(i.saturating_add(1), size)],
+        };
+        [first, if first + 1 == size { 0 } else { first + 1 }]
     }
 }
 
@@ -57,20 +72,20 @@ impl Bitmap {
     /// The linear colour at `uv`; where the coordinates are no numbers, that of the first pixel.
     pub fn colour(&self, uv: Vec2) -> Rgb {
         if !self.bilinear {
-            let at = (uv * self.size()).floor();
-            return self.image.colour(self.column(at.x as i64), self.row(at.y as i64));
+            let [x, y] = self.nearest(uv);
+            return self.image.colour(x, y);
         }
         let Cell { x, y, between } = self.cell(uv);
-        let pixel = |i: usize, j: usize| self.image.colour(x[i], y[j]).0;
-        let rows = [0, 1].map(|j| pixel(0, j).lerp(pixel(1, j), between.x));
-        Rgb(rows[0].lerp(rows[1], between.y))
+        let [above, below] = self.image.four(x, y);
+        let [above, below] = [across(above, between.x), across(below, between.x)];
+        across([above, below], between.y)
     }
 
     /// Opacity at `uv`.
     pub fn alpha(&self, uv: Vec2) -> f32 {
         if !self.bilinear {
-            let at = (uv * self.size()).floor();
-            return self.image.alpha(self.column(at.x as i64), self.row(at.y as i64));
+            let [x, y] = self.nearest(uv);
+            return self.image.alpha(x, y);
         }
         let Cell { x, y, between } = self.cell(uv);
         let pixel = |i: usize, j: usize| self.image.alpha(x[i], y[j]);
@@ -84,33 +99,53 @@ impl Bitmap {
             return Vec2::ZERO;
         }
         let Cell { x, y, between } = self.cell(uv);
-        let pixel = |i: usize, j: usize| self.image.colour(x[i], y[j]).luminance();
-        let [f00, f10, f01, f11] = [pixel(0, 0), pixel(1, 0), pixel(0, 1), pixel(1, 1)];
+        let [[f00, f10], [f01, f11]] = self.image.four(x, y).map(|row| row.map(Rgb::luminance));
         let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
         Vec2::new(mix(f10 - f00, f11 - f01, between.y), mix(f01 - f00, f11 - f10, between.x)) * self.size()
     }
 
+    /// Two of the four pixels that a lookup at `uv` reads, by column and row: if they lie in blocks, mostly in all of those.
+    #[inline]
+    pub(super) fn corners(&self, uv: Vec2) -> [[u32; 2]; 2] {
+        let Cell { x, y, .. } = self.cell(uv);
+        [[x[0], y[0]], [x[1], y[1]]]
+    }
+
+    #[inline]
     fn size(&self) -> Vec2 {
         Vec2::new(self.image.width() as f32, self.image.height() as f32)
     }
 
-    fn column(&self, i: i64) -> u32 {
-        self.wrap[0].column(i, self.image.width())
+    /// Column and row of the pixel that `uv` is in.
+    fn nearest(&self, uv: Vec2) -> [u32; 2] {
+        let at = uv * self.size();
+        let column = |at: f32, wrap: Wrap, size: u32| wrap.column(split(at).0, size);
+        [column(at.x, self.wrap[0], self.image.width()), column(at.y, self.wrap[1], self.image.height())]
     }
 
-    fn row(&self, i: i64) -> u32 {
-        self.wrap[1].column(i, self.image.height())
-    }
-
+    #[inline]
     fn cell(&self, uv: Vec2) -> Cell {
         let at = uv * self.size() - 0.5;
-        let before = at.floor();
-        let (i, j) = (before.x as i64, before.y as i64);
+        let ((i, s), (j, t)) = (split(at.x), split(at.y));
         Cell {
-            // Saturated conversions: a step beyond them would overflow.
-            x: [self.column(i), self.column(i.saturating_add(1))],
-            y: [self.row(j), self.row(j.saturating_add(1))],
-            between: at - before,
+            x: self.wrap[0].columns(i, self.image.width()),
+            y: self.wrap[1].columns(j, self.image.height()),
+            between: Vec2::new(s, t),
         }
     }
+}
+
+/// The integer below a number, and how far the number is above it, in [0, 1]. Beyond the integers the nearest of them; zeros
+/// for what is no number.
+#[inline]
+fn split(at: f32) -> (i32, f32) {
+    let towards_zero = at as i32;
+    let below = if at < towards_zero as f32 { towards_zero.saturating_sub(1) } else { towards_zero };
+    (below, min(max(at - below as f32, 0.0), 1.0))
+}
+
+/// Between two colours, `t` of the way.
+#[inline]
+fn across([a, b]: [Rgb; 2], t: f32) -> Rgb {
+    Rgb(a.0 + (b.0 - a.0) * t)
 }

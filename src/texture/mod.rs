@@ -100,6 +100,14 @@ pub enum Channel {
     Alpha,
 }
 
+/// A pixel of a texture that is a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Pixel {
+    texture: u32,
+    /// Column and row.
+    at: [u32; 2],
+}
+
 /// Every texture of a scene. A texture refers only to those before it.
 #[derive(Clone, Debug, Default)]
 pub struct Textures(Vec<Texture>);
@@ -180,6 +188,25 @@ impl Textures {
             | TextureKind::Sum(_)
             | TextureKind::Channel { .. }
             | TextureKind::Threshold { .. } => 1.0,
+        }
+    }
+
+    /// Adds the pixels that a lookup of texture `index` at a point reads; of a picture, not of what is made of some.
+    #[inline]
+    pub fn find_pixels(&self, index: u32, at: &TexturePoint<'_>, pixels: &mut Vec<Pixel>) {
+        let texture = &self.0[index as usize];
+        if let TextureKind::Bitmap(bitmap) = &texture.kind {
+            let corners = bitmap.corners(texture.uv(at));
+            pixels.extend(corners.map(|at| Pixel { texture: index, at }));
+        }
+    }
+
+    /// Some bits of the memory that a pixel is in.
+    #[inline]
+    pub fn touch(&self, pixel: &Pixel) -> u32 {
+        match &self.0[pixel.texture as usize].kind {
+            TextureKind::Bitmap(bitmap) => bitmap.image.touch(pixel.at[0], pixel.at[1]),
+            _ => 0,
         }
     }
 

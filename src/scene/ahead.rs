@@ -1,0 +1,105 @@
+//! Hits that are looked at ahead of their turn, stage by stage, so that what they need is fetched for many at once.
+//!
+//! A point of a textured surface takes a chain of looks into memory, each of which tells where the next one is: the face,
+//! its vertices with their normals and texture coordinates, the pixels. In a scene that is larger than the caches each waits
+//! for the whole way to memory. A processor goes on while it waits, but not as far as the next path; looks that depend on
+//! nothing but a list of hits it has under way at the same time.
+
+use super::Scene;
+use crate::accel::Hit;
+use crate::material::Material;
+use crate::math::ray::Ray;
+use crate::shape::Shape;
+use crate::shape::surface::ShapePoint;
+use crate::shape::uv::UvPoint;
+use crate::texture::Pixel;
+use std::hint::black_box;
+
+/// How many hits are looked at together: some ten lines of a cache each, which the first cache still holds when it is their
+/// turn.
+pub const AHEAD: usize = 32;
+
+/// Where a ray meets a surface whose material is worked out at each point.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    pub(super) shape: ShapePoint,
+    pub(super) at: UvPoint,
+}
+
+/// What looking ahead found.
+#[derive(Debug, Default)]
+pub struct Ahead {
+    met: Vec<Option<Met>>,
+    /// Pixels that lookups there will read.
+    pixels: Vec<Pixel>,
+}
+
+impl Ahead {
+    /// Where hit number `index` of those looked at is, unless its material is the same everywhere.
+    #[inline]
+    pub fn met(&self, index: usize) -> Option<&Met> {
+        self.met.get(index)?.as_ref()
+    }
+}
+
+impl Scene {
+    /// Whether it pays to look ahead.
+    pub fn looks_ahead(&self) -> bool {
+        self.features.textures > 0
+    }
+
+    /// Looks at what the rays `ray(0)`, `ray(1)`, … meet, in place of what `ahead` holds.
+    #[inline(never)]
+    pub fn look_ahead<'r>(&self, hits: &[Hit], ray: impl Fn(usize) -> &'r Ray, ahead: &mut Ahead) {
+        let Ahead { met, pixels } = ahead;
+        // What is read is not wanted, but to have been read.
+        let mut bits = 0;
+        for hit in hits {
+            if let Some(Shape::Mesh(mesh)) = self.shapes.get(hit.shape as usize) {
+                bits ^= mesh.touch_face(hit.primitive);
+            }
+        }
+        for hit in hits {
+            if let Some(Shape::Mesh(mesh)) = self.shapes.get(hit.shape as usize) {
+                bits ^= mesh.touch_vertices(hit.primitive);
+                if let Some(uvs) = self.appearances[hit.shape as usize].uvs {
+                    bits ^= self.uvs[uvs as usize].touch(mesh.faces[hit.primitive as usize]);
+                }
+            }
+        }
+        met.clear();
+        pixels.clear();
+        met.extend(hits.iter().enumerate().map(|(i, hit)| {
+            let appearance = self.appearances.get(hit.shape as usize)?;
+            let Material::Varying(graph) = &self.materials[appearance.material as usize] else { return None };
+            let met = self.meet(ray(i), *hit);
+            graph.find_pixels(&self.textures, &self.texture_point(*appearance, hit.primitive, &met.at), pixels);
+            Some(met)
+        }));
+        for pixel in pixels {
+            bits ^= self.textures.touch(pixel);
+        }
+        black_box(bits);
+    }
+
+    /// Where `ray` meets the primitive, which it does.
+    #[inline]
+    pub(super) fn meet(&self, ray: &Ray, hit: Hit) -> Met {
+        let appearance = &self.appearances[hit.shape as usize];
+        let shape = &self.shapes[hit.shape as usize];
+        let (point, b) = match shape {
+            Shape::Mesh(mesh) => {
+                let (point, b) = mesh.meet_at(ray, hit.primitive);
+                (point, Some(b))
+            }
+            other => (other.meet(ray, hit.primitive), None),
+        };
+        let at = match appearance.uvs {
+            Some(uvs) => {
+                self.uvs[uvs as usize].at_known(shape, hit.primitive, (point.point.p, b), appearance.along_uvs)
+            }
+            None => UvPoint::default(),
+        };
+        Met { shape: point, at }
+    }
+}
