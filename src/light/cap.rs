@@ -46,8 +46,8 @@ impl Cap {
     }
 }
 
-/// Least cosine, seen from the centre, of the point that a direction meets and its pole on that side: so that even the f32
-/// normal of the point faces an f32 direction, both of which are off by some 2⁻²³.
+/// Least cosine of the angle between the normal of a point and the way back: so that even the f32 normal faces an f32
+/// direction, both of which are off by some 2⁻²³.
 const LEAST_COSINE: f64 = 1.0 / (1u32 << 20) as f64;
 
 /// Where the ray from `p` outside the sphere in a direction of the cone meets it first, in f64. A direction that rounding has
