@@ -216,8 +216,17 @@ impl Microfacets {
         (self.alpha * half.truncate()).extend(max(half.z, 0.0)).normalize_or(Vec3::Z)
     }
 
+    /// What [`Self::visible_line`] makes of a uniform number for what is across the plane of view.
+    pub(super) fn across(&self, u: f32) -> f32 {
+        match self.distribution {
+            Distribution::Ggx => u,
+            Distribution::Beckmann => beckmann::slope(u),
+        }
+    }
+
     /// Microfacet normals as seen from `w`, which lies in the plane of z and x, by two uniform numbers: `along`, and that of
-    /// the function, which decides what is across that plane, symmetrically. Like [`Self::sample_visible`], but for GGX by
+    /// the function, which decides what is across that plane, symmetrically, and has been through [`Self::across`]: it is the
+    /// same whatever the view. Like [`Self::sample_visible`], but for GGX by
     /// another map, from a hemisphere that is seen as a disk and half a disk (Heitz 2018, *Sampling the GGX Distribution of
     /// Visible Normals*), which is Mitsuba's: for quadratures whose result is to be Mitsuba's, error included.
     pub(super) fn visible_line(&self, w: Vec3, along: f32) -> impl Fn(f32) -> Vec3 {
@@ -229,7 +238,7 @@ impl Microfacets {
         };
         move |across| {
             if distribution == Distribution::Beckmann {
-                let slope = alpha * Vec2::new(slope, beckmann::slope(across));
+                let slope = alpha * Vec2::new(slope, across);
                 return (-slope).extend(1.0).normalize();
             }
             let p = square_to_disk(Vec2::new(across, along));

@@ -86,12 +86,12 @@ impl RoughPlastic {
     ) -> Self {
         let mut transmittance = [0.0; ANGLES];
         let mut inside = 0.0;
-        let (outer, inner) = (Rule::new(eta), Rule::new(1.0 / eta));
+        let (outer, inner) = (Rule::new(&facets, eta), Rule::new(&facets, 1.0 / eta));
         for (i, t) in transmittance.iter_mut().enumerate() {
             let cos = max(i as f32 / (ANGLES - 1) as f32, SMALLEST_COSINE);
             let wo = Vec3::new(safe_sqrt((1.0 - cos) * (1.0 + cos)), 0.0, cos);
-            *t = outer.mean(&facets, wo, |m| refracted(&facets, wo, eta, m)) as f32;
-            inside += inner.mean(&facets, wo, |m| reflected(&facets, wo, 1.0 / eta, m)) * f64::from(cos);
+            *t = outer.mean(wo, |m| refracted(&facets, wo, eta, m)) as f32;
+            inside += inner.mean(wo, |m| reflected(&facets, wo, 1.0 / eta, m)) * f64::from(cos);
         }
         let inside = (2.0 * inside / ANGLES as f64) as f32;
         let base = Base { reflectance: diffuse_reflectance, inside, nonlinear };
@@ -208,26 +208,34 @@ impl RoughPlastic {
 /// Instead of a cosine of 0, whose directions lie in the surface; as in Mitsuba.
 const SMALLEST_COSINE: f32 = 1e-6;
 
-/// A rule for integrals over the unit square, with as many nodes as Mitsuba's.
-struct Rule(Vec<(f64, f64)>);
+/// A rule for integrals over the microfacets that are seen, with as many nodes along each side of the unit square as Mitsuba's.
+struct Rule<'a> {
+    facets: &'a Microfacets,
+    /// Numbers along the plane of view, and their weights.
+    along: Vec<(f64, f64)>,
+    /// What lies across that plane, on one side, and its weights.
+    across: Vec<(f32, f64)>,
+}
 
-impl Rule {
+impl<'a> Rule<'a> {
     /// For what an interface of index `eta` does: where that can reflect everything, integrands have a kink.
-    fn new(eta: f32) -> Self {
+    fn new(facets: &'a Microfacets, eta: f32) -> Self {
         const SMOOTH: usize = 32;
         const WITH_KINK: usize = 128;
-        Self(gauss_legendre(if eta > 1.0 { SMOOTH } else { WITH_KINK }))
+        let along = gauss_legendre(if eta > 1.0 { SMOOTH } else { WITH_KINK });
+        let half = &along[..along.len() / 2];
+        let across = half.iter().map(|&(y, w)| (facets.across(y as f32), w)).collect();
+        Self { facets, along, across }
     }
 
     /// The mean of `f` over the microfacets that are seen from `wo`, in the plane of z and x.
-    fn mean(&self, facets: &Microfacets, wo: Vec3, f: impl Fn(Vec3) -> f32) -> f64 {
-        // Either side of that plane has as much.
-        let half = &self.0[..self.0.len() / 2];
+    fn mean(&self, wo: Vec3, f: impl Fn(Vec3) -> f32) -> f64 {
         let line = |x: f64| {
-            let normal = facets.visible_line(wo, x as f32);
-            half.iter().map(|&(y, w)| w * f64::from(f(normal(y as f32)))).sum::<f64>()
+            let normal = self.facets.visible_line(wo, x as f32);
+            self.across.iter().map(|&(y, w)| w * f64::from(f(normal(y)))).sum::<f64>()
         };
-        self.0.iter().map(|&(x, w)| 2.0 * w * line(x)).sum()
+        // Either side of that plane has as much.
+        self.along.iter().map(|&(x, w)| 2.0 * w * line(x)).sum()
     }
 }
 

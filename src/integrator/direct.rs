@@ -18,7 +18,7 @@ use super::record::{Event, Record};
 use super::technique::Technique;
 use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
-use crate::light::Receiver;
+use crate::light::{End, Receiver};
 use crate::material::{Layer, Scatter};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
@@ -62,9 +62,11 @@ impl Candidates {
 /// A light sample that may count.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
-    /// What must be free for it.
-    ray: Ray,
-    /// What that ends on.
+    /// Unit vector towards the light.
+    wi: Vec3,
+    /// Where that ends on it.
+    end: Option<End>,
+    /// What that is a point of.
     on: Hit,
     /// What it adds then: weighted radiance, throughput included.
     radiance: Rgb,
@@ -192,7 +194,7 @@ impl Walker<'_> {
             None => (1.0, pmf),
         };
         let radiance = path.throughput * f * sample.radiance * (weight / pdf);
-        Some(Candidate { ray: surface.shadow_ray(&sample), on: sample.on, radiance, weight })
+        Some(Candidate { wi: sample.wi, end: sample.end, on: sample.on, radiance, weight })
     }
 
     /// Has it looked whether a light sample is visible.
@@ -205,7 +207,9 @@ impl Walker<'_> {
         shadows: &mut Shadows,
         record: &mut impl Record,
     ) {
-        let &Candidate { ray, on, radiance, weight } = sample;
+        let Candidate { wi, end, on, radiance, weight } = sample;
+        let (on, radiance, weight) = (*on, *radiance, *weight);
+        let ray = surface.shadow_ray(*wi, end.as_ref());
         record.event(Event::Sampled { radiance: path.carried * radiance, weight });
         let absorbs = self.scene.absorbs();
         let radiance = if absorbs { self.absorb_shadow(path, surface, hit, &ray, radiance) } else { radiance };

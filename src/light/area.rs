@@ -1,10 +1,10 @@
 //! Surfaces that emit the same radiance from every point of their front side, in every direction of that side.
 
-use super::LightSample;
+use super::cap::Cap;
 use super::circle::Circle;
 use super::quad::Quad;
 use super::triangles::Triangles;
-use crate::math::frame::Frame;
+use super::{End, LightSample};
 use crate::sampling::distribution::Discrete;
 use crate::sampling::pdf::{AreaPdf, SolidAnglePdf};
 use crate::sampling::warp;
@@ -44,14 +44,6 @@ enum Points {
     Many(Discrete),
 }
 
-/// What a point sees of a sphere that it is outside of.
-struct Cap {
-    /// 1 − cos of the half angle.
-    one_minus_cos: f64,
-    /// Squared distance to the centre.
-    distance_squared: f64,
-}
-
 impl AreaLight {
     /// `shape` is the index of `surface`. `None` where the surface has no area.
     pub fn new(shape: u32, surface: &Shape, radiance: Rgb) -> Option<Self> {
@@ -83,6 +75,7 @@ impl AreaLight {
                 let end = mesh.point(face as u32, b.as_dvec3().to_array()).point;
                 self.towards(p, self.pdf, end, face as u32)
             }
+            (Shape::Sphere(sphere), _) => self.sample_sphere(sphere, &p, u),
             (quadric, _) => self.sample_quadric(quadric, &p, u),
         }
     }
@@ -97,10 +90,7 @@ impl AreaLight {
     pub(super) fn sample_quadric(&self, surface: &Shape, &p: &DVec3, u: Vec2) -> Option<LightSample> {
         match surface {
             Shape::Mesh(_) | Shape::Placed(_) => unreachable!("a mesh is no quadric, and what is placed is no light"),
-            Shape::Sphere(sphere) => match Cap::of(sphere, p) {
-                Some(cap) => self.sample_cap(sphere, &cap, p, u),
-                None => self.towards(p, self.pdf, sphere.point(warp::square_to_uniform_sphere(u).as_dvec3()).point, 0),
-            },
+            Shape::Sphere(sphere) => self.sample_sphere(sphere, &p, u),
             Shape::Disk(disk) => match &self.points {
                 Points::Circle(circle) => {
                     let (end, pdf) = circle.sample(disk, p, u);
@@ -146,7 +136,7 @@ impl AreaLight {
                 _ => Self::seen_from(p, self.pdf, end),
             },
             Shape::Sphere(sphere) => match Cap::of(sphere, p) {
-                Some(cap) => warp::square_to_uniform_cone_pdf(cap.one_minus_cos as f32),
+                Some(cap) => cap.pdf(),
                 None => Self::seen_from(p, self.pdf, end),
             },
             Shape::Cylinder(cylinder) => {
@@ -223,29 +213,23 @@ impl AreaLight {
             wi,
             radiance,
             pdf: Some(pdf),
-            end: Some(end),
+            end: Some(End::Point(end)),
             on: Hit { shape: self.shape, primitive },
         })
     }
 
-    /// A direction of the cone in which `p` sees the sphere (pbrt-v4 section 6.2.4), in f64 where digits cancel.
-    fn sample_cap(&self, sphere: &Sphere, cap: &Cap, p: DVec3, u: Vec2) -> Option<LightSample> {
-        let to_centre = sphere.centre.as_dvec3() - p;
-        let frame = Frame::from_normal((to_centre / cap.distance_squared.sqrt()).as_vec3());
-        let w = frame.to_world(warp::square_to_uniform_cone(u, cap.one_minus_cos as f32)).as_dvec3().normalize();
-        // The nearer crossing; a direction at the rim that rounding has put beside the sphere touches it.
-        let along = to_centre.dot(w);
-        let beside_squared = (to_centre - along * w).length_squared();
-        let half_chord = (f64::from(sphere.radius).powi(2) - beside_squared).max(0.0).sqrt();
-        let end = sphere.point((along - half_chord) * w - to_centre).point;
-        let radiance = self.emitted(end.n, -w.as_vec3());
-        let pdf = warp::square_to_uniform_cone_pdf(cap.one_minus_cos as f32);
-        let wi = (end.p - p).normalize().as_vec3();
-        (pdf.0.is_finite() && !radiance.is_black()).then_some(LightSample {
-            wi,
-            radiance,
+    /// A direction in which `p` sees the sphere. Where that meets it is nobody's business unless it is asked for.
+    #[inline(never)]
+    fn sample_sphere(&self, sphere: &Sphere, &p: &DVec3, u: Vec2) -> Option<LightSample> {
+        let Some(cap) = Cap::of(sphere, p) else {
+            return self.towards(p, self.pdf, sphere.point(warp::square_to_uniform_sphere(u).as_dvec3()).point, 0);
+        };
+        let pdf = cap.pdf();
+        (pdf.0.is_finite() && !self.radiance.is_black()).then(|| LightSample {
+            wi: cap.direction(u),
+            radiance: self.radiance,
             pdf: Some(pdf),
-            end: Some(end),
+            end: Some(End::Sphere(*sphere)),
             on: Hit { shape: self.shape, primitive: 0 },
         })
     }
@@ -288,21 +272,6 @@ impl Arc {
     #[inline]
     pub(super) fn pdf(&self, cylinder: &Cylinder, xy: DVec2) -> AreaPdf {
         AreaPdf((1.0 / (2.0 * self.half * cylinder.area_element(xy))) as f32)
-    }
-}
-
-impl Cap {
-    /// What `p` sees of the sphere's front; `None` from inside, from the surface, and where the front is the inside.
-    ///
-    /// A point of the surface itself is inside or outside by rounding: if the front is the outside, it sees nothing of it
-    /// either way; if it is the inside, it sees all of it, of which a cap would be the wrong side.
-    #[inline]
-    fn of(sphere: &Sphere, p: DVec3) -> Option<Self> {
-        let distance_squared = (sphere.centre.as_dvec3() - p).length_squared();
-        let sin2 = f64::from(sphere.radius).powi(2) / distance_squared;
-        // 1 − √(1 − sin²) without cancellation.
-        (sin2 < 1.0 && !sphere.flip)
-            .then(|| Self { one_minus_cos: sin2 / (1.0 + (1.0 - sin2).sqrt()), distance_squared })
     }
 }
 

@@ -56,8 +56,9 @@ impl Beams {
         dispatch!(level, simd => self.compute(simd, at))
     }
 
+    /// The same, where it is known what the processor can do.
     #[inline(always)]
-    fn compute<S: Simd>(&self, simd: S, at: &Receiver) -> [f32; LANES] {
+    pub(super) fn compute<S: Simd>(&self, simd: S, at: &Receiver) -> [f32; LANES] {
         let load = |numbers: &[f32; LANES]| f32x8::from_slice(simd, numbers);
         let splat = |x: f32| f32x8::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));

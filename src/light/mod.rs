@@ -4,6 +4,7 @@
 
 mod area;
 mod beams;
+mod cap;
 mod circle;
 mod constant;
 mod directional;
@@ -18,6 +19,7 @@ mod spot;
 mod tree;
 mod triangles;
 mod varying;
+mod weights;
 
 pub use area::AreaLight;
 pub use constant::ConstantLight;
@@ -34,6 +36,7 @@ pub use varying::{Coat, VaryingLight};
 
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::shape::offset::SurfacePoint;
+use crate::shape::sphere::Sphere;
 use crate::shape::{Hit, Shape};
 use crate::spectrum::Rgb;
 use glam::{DVec3, Vec2, Vec3};
@@ -70,10 +73,30 @@ pub struct LightSample {
     pub radiance: Rgb,
     /// Density of `wi`, positive and finite; `None` of a light without size, which has no other direction.
     pub pdf: Option<SolidAnglePdf>,
-    /// The point on the light; `None` at infinity.
-    pub end: Option<SurfacePoint>,
+    /// Where it ends on the light; `None` at infinity.
+    pub end: Option<End>,
     /// What it is a point of; [`Hit::NONE`] at infinity and in free space.
     pub on: Hit,
+}
+
+/// Where a direction towards a light ends on it.
+#[derive(Clone, Copy, Debug)]
+pub enum End {
+    /// At this point.
+    Point(SurfacePoint),
+    /// Where it first meets this sphere: few who ask for a direction need the point.
+    Sphere(Sphere),
+}
+
+impl End {
+    /// The point, of the direction `wi` from `p`.
+    #[inline]
+    pub fn seen_from(&self, p: DVec3, wi: Vec3) -> SurfacePoint {
+        match self {
+            Self::Point(end) => *end,
+            Self::Sphere(sphere) => cap::nearest(sphere, p, wi),
+        }
+    }
 }
 
 impl Light {

@@ -1,6 +1,6 @@
 //! A point that sends the same radiant intensity in every direction.
 
-use super::LightSample;
+use super::{End, LightSample};
 use crate::shape::Hit;
 use crate::shape::offset::SurfacePoint;
 use crate::spectrum::Rgb;
@@ -40,7 +40,7 @@ impl PointLight {
             wi,
             radiance: self.intensity.map(|c| (f64::from(c) / distance_squared) as f32),
             pdf: None,
-            end: Some(SurfacePoint { p: end, n: Vec3::ZERO, slack: 0.0 }),
+            end: Some(End::Point(SurfacePoint { p: end, n: Vec3::ZERO, slack: 0.0 })),
             on: Hit::NONE,
         })
     }

@@ -11,6 +11,7 @@ use super::Light;
 use super::beams::{Beams, LANES};
 use super::reach::{Beam, Reach, Receiver, SLACK};
 use super::tree::LightTree;
+use super::weights::Weights;
 use crate::math::float::{max, min};
 use crate::shape::Shape;
 use crate::spectrum::Rgb;
@@ -190,71 +191,85 @@ impl LightsAt<'_> {
 struct Importances<'a> {
     choice: &'a Choice,
     at: Receiver,
+    /// The probability of choosing a light at infinity; `None` where nothing arrives.
+    share: Option<f64>,
     /// What all lights at infinity send.
     infinite: f64,
-    /// What the others send: a bound on all together.
-    finite: f64,
-    /// The importance of each of a list, or of the tree's first branches.
-    weights: [f32; MOST_IN_LIST],
+    finite: Sent<'a>,
+}
+
+/// What the lights that are at some distance send.
+enum Sent<'a> {
+    /// Those of a list that fits into one vector.
+    Few(&'a [u32], Weights<LANES>),
+    /// Those of a list.
+    List(&'a [u32], Weights<MOST_IN_LIST>),
+    /// The first branches of a tree.
+    Tree(&'a LightTree, Weights<LANES>),
 }
 
 impl<'a> Importances<'a> {
-    #[inline]
+    #[inline(always)]
     fn new(choice: &'a Choice, at: &Receiver) -> Self {
-        let mut weights = [0.0; MOST_IN_LIST];
-        let finite = match &choice.finite {
-            Finite::List(_, beams) => {
+        let (finite, sum) = match &choice.finite {
+            Finite::List(list, beams) if beams.len() <= 1 => {
+                let weights =
+                    Weights::new(beams.first().map_or([0.0; LANES], |beams| beams.importances(choice.level, at)));
+                (Sent::Few(list, weights), weights.sum())
+            }
+            Finite::List(list, beams) => {
+                let mut weights = [0.0; MOST_IN_LIST];
                 for (beams, weights) in beams.iter().zip(weights.chunks_exact_mut(LANES)) {
                     weights.copy_from_slice(&beams.importances(choice.level, at));
                 }
-                weights.iter().map(|w| f64::from(*w)).sum()
+                let weights = Weights::new(weights);
+                (Sent::List(list, weights), weights.sum())
             }
             Finite::Tree(tree) => {
-                weights[..LANES].copy_from_slice(&tree.first(at));
                 // Where there is nothing else, nobody compares it.
-                if choice.infinite.is_empty() { 1.0 } else { tree.importance(at).into() }
+                let sum = if choice.infinite.is_empty() { 1.0 } else { tree.importance(at).into() };
+                (Sent::Tree(tree, tree.first(at)), sum)
             }
         };
         let infinite = choice.infinite.iter().map(|light| light.importance(at)).sum();
-        Self { choice, at: *at, infinite, finite, weights }
+        Self { choice, at: *at, share: share(infinite, sum), infinite, finite }
     }
 
-    /// Of a tree: what its first branches send.
-    fn first(&self) -> [f32; LANES] {
-        std::array::from_fn(|i| self.weights[i])
-    }
-
+    #[inline(always)]
     fn sample(&self, u: f64) -> Option<(usize, f32)> {
-        let &Self { choice, at, infinite, finite, weights } = &self;
-        let share = share(*infinite, *finite)?;
+        let share = self.share?;
         if u < share {
-            let weights = choice.infinite.iter().map(|light| (light.light, light.importance(at)));
-            return pick(weights, u / share * infinite).map(|(light, w)| (light, (share * (w / infinite)) as f32));
+            return self.sample_infinite(share, u);
         }
-        let (u, rest) = ((u - share) / (1.0 - share), 1.0 - share);
-        match &choice.finite {
-            Finite::List(list, _) => {
-                let weights = list.iter().zip(weights).map(|(light, weight)| (*light, f64::from(*weight)));
-                pick(weights, u * finite).map(|(light, w)| (light, (rest * (w / finite)) as f32))
-            }
-            Finite::Tree(tree) => tree.sample(at, self.first(), u).map(|(light, p)| (light, (rest * p) as f32)),
-        }
+        let rest = 1.0 - share;
+        let u = if share > 0.0 { (u - share) / rest } else { u };
+        let (light, p) = match &self.finite {
+            Sent::Few(list, weights) => weights.choose(u).map(|(i, p, _)| (list[i] as usize, p))?,
+            Sent::List(list, weights) => weights.choose(u).map(|(i, p, _)| (list[i] as usize, p))?,
+            Sent::Tree(tree, first) => tree.sample(&self.at, first, u)?,
+        };
+        Some((light, (rest * p) as f32))
     }
 
+    #[inline(never)]
+    fn sample_infinite(&self, share: f64, u: f64) -> Option<(usize, f32)> {
+        let weights = self.choice.infinite.iter().map(|light| (light.light, light.importance(&self.at)));
+        pick(weights, u / share * self.infinite).map(|(light, w)| (light, (share * (w / self.infinite)) as f32))
+    }
+
+    #[inline(always)]
     fn pmf(&self, light: usize) -> f32 {
-        let &Self { choice, at, infinite, finite, weights } = &self;
-        let Some(share) = share(*infinite, *finite) else { return 0.0 };
-        // Of a weight of zero the sum may be zero, too.
-        let part = |weight: f64, sum: f64| if weight > 0.0 { weight / sum } else { 0.0 };
-        if let Some(index) = choice.infinite_index[light] {
-            return (share * part(choice.infinite[index as usize].importance(at), *infinite)) as f32;
+        let Some(share) = self.share else { return 0.0 };
+        if let Some(index) = self.choice.infinite_index[light] {
+            let weight = self.choice.infinite[index as usize].importance(&self.at);
+            // Of a weight of zero the sum may be zero, too.
+            return if weight > 0.0 { (share * (weight / self.infinite)) as f32 } else { 0.0 };
         }
-        let part = match &choice.finite {
-            Finite::List(list, _) => {
-                let index = list.iter().position(|index| *index as usize == light);
-                index.map_or(0.0, |index| part(weights[index].into(), *finite))
-            }
-            Finite::Tree(tree) => tree.pmf(at, self.first(), light),
+        let place = |list: &[u32]| list.iter().position(|index| *index as usize == light);
+        let part = match &self.finite {
+            Sent::Few(list, weights) => place(list).map_or(0.0, |index| weights.pmf(index)),
+            Sent::List(list, weights) => place(list).map_or(0.0, |index| weights.pmf(index)),
+            Sent::Tree(tree, first) => tree.pmf(&self.at, first, light),
         };
         ((1.0 - share) * part) as f32
     }

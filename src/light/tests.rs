@@ -161,7 +161,7 @@ fn test(row: &Row, from: Vec3, n: Vec3, claimed: &Claim<'_>) -> Outcome {
     let p = from.as_dvec3();
     on_square(
         SAMPLES,
-        |i| light.sample(&row.surface, p, n, uniform(i)).map(|s| place(row, s.end.unwrap().p)),
+        |i| light.sample(&row.surface, p, n, uniform(i)).map(|s| place(row, s.end.unwrap().seen_from(p, s.wi).p)),
         |u| {
             let (end, area) = point(row, u.as_dvec2());
             let to = p - end.p;
@@ -224,7 +224,9 @@ fn varying_lights_follow_their_density_and_say_what_they_emit() {
         for from in row.from.iter().map(|p| p.as_dvec3()) {
             let o = on_square(
                 SAMPLES,
-                |i| light.sample(surface, &from, uniform(i)).map(|s| place(row, s.end.unwrap().p)),
+                |i| {
+                    light.sample(surface, &from, uniform(i)).map(|s| place(row, s.end.unwrap().seen_from(from, s.wi).p))
+                },
                 |u| {
                     let (end, area) = point(row, u.as_dvec2());
                     let to = from - end.p;
@@ -238,7 +240,7 @@ fn varying_lights_follow_their_density_and_say_what_they_emit() {
                 wrong.push(format!("{} from {from}, both sides: {both}: {o:?}", row.name));
             }
             for s in (0..200).filter_map(|i| light.sample(surface, &from, uniform(i))) {
-                let (end, face) = (s.end.unwrap(), s.on.primitive);
+                let (end, face) = (s.end.unwrap().seen_from(from, s.wi), s.on.primitive);
                 assert_eq!(s.radiance, light.emitted(surface, face, &end, &-s.wi), "{}", row.name);
                 // A grazing cosine is all rounding, but the same rounding, except where the cone's is its own.
                 let (said, pdf) = (s.pdf.unwrap().0, light.pdf(surface, &from, &end, face).0);

@@ -7,9 +7,11 @@
 
 use super::beams::{Beams, LANES};
 use super::reach::{Beam, Reach, Receiver};
+use super::weights::Weights;
 use crate::math::bounds::Bounds;
 use crate::math::float::max;
-use fearless_simd::Level;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
 
 /// Places along an axis at which a split is tried.
 const BINS: usize = 12;
@@ -131,64 +133,56 @@ impl LightTree {
     }
 
     /// What the first branches send to a receiver: [`Self::sample`] and [`Self::pmf`] ask for it.
-    pub fn first(&self, at: &Receiver) -> [f32; LANES] {
-        self.nodes[0].beams.importances(self.level, at)
+    #[inline(always)]
+    pub(super) fn first(&self, at: &Receiver) -> Weights<LANES> {
+        Weights::new(self.nodes[0].beams.importances(self.level, at))
     }
 
     /// A light and the probability of choosing it, for a uniform number in [0, 1); `None` where no light of the branch that it
     /// falls on can send anything.
-    pub fn sample(&self, at: &Receiver, first: [f32; LANES], mut u: f64) -> Option<(usize, f64)> {
-        let (mut node, mut probability, mut weights) = (&self.nodes[0], 1.0, first);
+    #[inline(never)]
+    pub(super) fn sample(&self, at: &Receiver, first: &Weights<LANES>, u: f64) -> Option<(usize, f64)> {
+        dispatch!(self.level, simd => self.descend(simd, at, first, u))
+    }
+
+    #[inline(always)]
+    fn descend<S: Simd>(&self, simd: S, at: &Receiver, first: &Weights<LANES>, u: f64) -> Option<(usize, f64)> {
+        let mut node = &self.nodes[0];
+        let (mut lane, mut probability, mut rest) = first.choose(u)?;
         loop {
-            let sum = sum(&weights);
-            let mut rest = u * sum;
-            let mut lane = None;
-            for (i, weight) in weights.iter().map(|w| f64::from(*w)).enumerate().filter(|w| w.1 > 0.0) {
-                lane = Some((i, weight, rest));
-                if rest < weight {
-                    break;
-                }
-                rest -= weight;
-            }
-            // In f64, as the uniform number is: beside a bright branch a dim one would vanish, or get more than its share.
-            let (lane, weight, within) = lane?;
-            probability *= weight / sum;
-            // The quotient may round to 1, or what is left of the number may be beyond the last branch.
-            u = (within / weight).min(BELOW_ONE);
             match node.children[lane] {
                 Child::Light(light) => return Some((light as usize, probability)),
                 Child::Node(index) => {
                     node = &self.nodes[index as usize];
-                    weights = node.beams.importances(self.level, at);
+                    let p;
+                    (lane, p, rest) = Weights::new(node.beams.compute(simd, at)).choose(rest)?;
+                    probability *= p;
                 }
             }
         }
     }
 
     /// Probability of choosing a light.
-    pub fn pmf(&self, at: &Receiver, first: [f32; LANES], light: usize) -> f64 {
-        let (mut place, mut probability) = (self.places[light], 1.0);
-        while let Some(Place { node, lane }) = place {
-            let from = &self.nodes[node as usize];
-            let weights = if node == 0 { first } else { from.beams.importances(self.level, at) };
-            let weight = f64::from(weights[lane as usize]);
-            if !(weight > 0.0) {
+    #[inline(never)]
+    pub(super) fn pmf(&self, at: &Receiver, first: &Weights<LANES>, light: usize) -> f64 {
+        dispatch!(self.level, simd => self.ascend(simd, at, first, light))
+    }
+
+    #[inline(always)]
+    fn ascend<S: Simd>(&self, simd: S, at: &Receiver, first: &Weights<LANES>, light: usize) -> f64 {
+        let Some(mut place) = self.places[light] else { return 0.0 };
+        let mut probability = 1.0;
+        loop {
+            let node = &self.nodes[place.node as usize];
+            let Some(parent) = node.parent else { return probability * first.pmf(place.lane.into()) };
+            probability *= Weights::new(node.beams.compute(simd, at)).pmf(place.lane.into());
+            if !(probability > 0.0) {
                 return 0.0;
             }
-            probability *= weight / sum(&weights);
-            place = from.parent;
+            place = parent;
         }
-        if self.places[light].is_some() { probability } else { 0.0 }
     }
 }
-
-/// In the order of lanes.
-fn sum(weights: &[f32; LANES]) -> f64 {
-    weights.iter().map(|w| f64::from(*w)).sum()
-}
-
-/// The largest number below 1.
-const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// Puts lights that belong together next to each other, and says how many are the first half: at least one, and not all.
 fn split(lights: &mut [(u32, Reach)], depth: u32) -> usize {
@@ -243,7 +237,7 @@ mod tests {
     use glam::Vec3;
 
     fn pmf(tree: &LightTree, light: usize, at: &Receiver) -> f64 {
-        tree.pmf(at, tree.first(at), light)
+        tree.pmf(at, &tree.first(at), light)
     }
 
     /// Lights in a cube, of powers over six decades, some alike.
@@ -277,7 +271,7 @@ mod tests {
                 let mut missed = 0;
                 const N: u32 = 4096;
                 for i in 0..N {
-                    match tree.sample(&at, tree.first(&at), (f64::from(i) + 0.5) / f64::from(N)) {
+                    match tree.sample(&at, &tree.first(&at), (f64::from(i) + 0.5) / f64::from(N)) {
                         Some((light, p)) => {
                             // The products are taken in different orders.
                             let asked = pmf(&tree, light, &at);
@@ -305,7 +299,7 @@ mod tests {
             const N: u32 = 1 << 14;
             let mut counts = [0_u32; 20];
             for i in 0..N {
-                if let Some((light, _)) = tree.sample(&at, tree.first(&at), (f64::from(i) + 0.5) / f64::from(N)) {
+                if let Some((light, _)) = tree.sample(&at, &tree.first(&at), (f64::from(i) + 0.5) / f64::from(N)) {
                     counts[light] += 1;
                 }
             }

@@ -5,7 +5,7 @@
 //! density is at least half of the uniform one, and where most of a mesh is dark, few samples are lost there.
 
 use super::area::Arc as Sector;
-use super::{AreaLight, LightSample, Slide};
+use super::{AreaLight, End, LightSample, Slide};
 use crate::sampling::distribution::Discrete;
 use crate::sampling::pdf::{AreaPdf, SolidAnglePdf};
 use crate::sampling::warp;
@@ -124,7 +124,8 @@ impl VaryingLight {
             }
             (quadric, _) => self.area.sample_quadric(quadric, &p, u)?,
         };
-        let end = sample.end?;
+        let end = sample.end?.seen_from(p, sample.wi);
+        sample.end = Some(End::Point(end));
         sample.radiance *= self.shade(surface, sample.on.primitive, &end);
         (!sample.radiance.is_black()).then_some(sample)
     }
@@ -134,7 +135,7 @@ impl VaryingLight {
         let behind = self.both_sides && (end.p - p).as_vec3().dot(end.n) > 0.0;
         let facing = SurfacePoint { n: if behind { -end.n } else { end.n }, ..end };
         let sample = self.area.towards(p, pdf, facing, primitive)?;
-        Some(LightSample { end: Some(end), ..sample })
+        Some(LightSample { end: Some(End::Point(end)), ..sample })
     }
 
     /// Density with which [`super::Light::sample`] finds the direction from `p` to the point `end` of this primitive.

@@ -141,10 +141,10 @@ pub fn uniform_sphere_to_square(w: Vec3) -> Vec2 {
 /// cone is narrow).
 #[inline]
 pub fn square_to_uniform_cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
-    let h = u.x * one_minus_cos;
-    let r = safe_sqrt(h * (2.0 - h));
-    let (s, c) = sin_cos_turns(u.y);
-    Vec3::new(r * c, r * s, 1.0 - h)
+    // As the hemisphere, whose 1 − cos θ is 1.
+    let p = square_to_disk(u);
+    let h = p.length_squared() * one_minus_cos;
+    (p * safe_sqrt(one_minus_cos * (2.0 - h))).extend(1.0 - h)
 }
 
 /// Density of [`square_to_uniform_cone`] inside the cone: 1 / (2π (1 − cos θ)).
@@ -155,10 +155,7 @@ pub fn square_to_uniform_cone_pdf(one_minus_cos: f32) -> SolidAnglePdf {
 
 /// Inverse of [`square_to_uniform_cone`].
 pub fn uniform_cone_to_square(w: Vec3, one_minus_cos: f32) -> Vec2 {
-    // 1 − z from x² + y², which keeps its digits in a narrow cone.
-    let r2 = w.truncate().length_squared();
-    let h = if w.z > 0.0 { r2 / (1.0 + w.z) } else { 1.0 - w.z };
-    Vec2::new(h / one_minus_cos, uniform_sphere_to_square(w).y)
+    disk_to_square(w.truncate() / safe_sqrt(one_minus_cos * (1.0 + w.z)))
 }
 
 /// Barycentric coordinates of a uniform point of a triangle (Heitz 2019, *A Low-Distortion Map Between Triangle and

@@ -1,6 +1,6 @@
 //! What a path needs to know of the point it has reached.
 
-use crate::light::LightSample;
+use crate::light::End;
 use crate::material::{Scatter, Sides};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
@@ -46,12 +46,12 @@ impl<'a> Surface<'a> {
         Ray::new(self.point.origin_towards(w), w)
     }
 
-    /// The ray that is free if and only if the light sample is visible from here.
+    /// The ray that is free if and only if a light is visible from here in direction `wi`, which ends on it there.
     #[inline(always)]
-    pub fn shadow_ray(&self, light: &LightSample) -> Ray {
-        match &light.end {
-            None => self.spawn(light.wi),
-            Some(end) => self.ray_to(light.wi, end),
+    pub fn shadow_ray(&self, wi: Vec3, end: Option<&End>) -> Ray {
+        match end {
+            None => self.spawn(wi),
+            Some(end) => self.ray_to(wi, &end.seen_from(self.point.p, wi)),
         }
     }
 

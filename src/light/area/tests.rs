@@ -72,7 +72,7 @@ fn sampled_and_queried_densities_agree_and_points_lie_on_the_ray() {
         let light = AreaLight::new(0, &surface, Rgb::WHITE).unwrap();
         let p = DVec3::new(-0.6, 0.2, 0.3);
         for s in samples(&light, &surface, p).iter().flatten() {
-            let end = s.end.unwrap();
+            let end = s.end.unwrap().seen_from(p, s.wi);
             let queried = light.pdf(&surface, p, Vec3::ZERO, &end).0;
             assert!((queried / s.pdf.unwrap().0 - 1.0).abs() < 1e-4, "{name}: {queried} against {}", s.pdf.unwrap().0);
             let w = (end.p - p).normalize().as_vec3();
