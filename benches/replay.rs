@@ -13,8 +13,8 @@ use common::{compiled, file_settings, project, rendered};
 use cpu_time::ProcessTime;
 use snell::accel::{Accel, Accelerator, Hit, Start};
 use snell::film::SampleId;
-use snell::integrator::Estimator;
 use snell::integrator::record::{Event, Record};
+use snell::integrator::{Estimator, PathReuse};
 use snell::loader::LoadOptions;
 use snell::math::ray::Ray;
 use snell::scene::Scene;
@@ -159,7 +159,7 @@ fn main() {
         let size = scene.film.crop;
         let samples = if quick { 1 } else { PATHS.div_ceil(size.width * size.height) };
         let mut settings = file_settings(&description, Estimator::Path, samples);
-        settings.integrator.reuse = false;
+        settings.integrator.reuse = PathReuse::Off;
         measure(file, &scene, &settings, if quick { 1 } else { ROUNDS });
     }
 }

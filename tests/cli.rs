@@ -93,9 +93,11 @@ fn info_and_replay_print_and_write_nothing() {
     fs::write(desk.path("sky.xml"), scene_text(r#"<emitter type="constant"/>"#)).unwrap();
     let replay = desk.snell(&["render", SCENE, "-Dres=16", "--replay", "8,8,3", "--reuse=on"]);
     assert!(String::from_utf8_lossy(&replay.stdout).contains("\nshared with neighbours\nradiance ("));
-    for (reuse, what, light_samples, many) in
-        [("on", "share", "1", "1 light sample"), ("off", "keep", "4", "4 light samples")]
-    {
+    for (reuse, what, light_samples, many) in [
+        ("on", "share", "1", "1 light sample"),
+        ("eights", "share, eight together,", "1", "1 light sample"),
+        ("off", "keep", "4", "4 light samples"),
+    ] {
         let options = ["--reuse", reuse, "--light-samples", light_samples];
         let render = ["render", SCENE, "-Dres=8", "--spp=1", "-v", "-o", "r.exr"];
         let told = desk.succeeds(&[&render[..], &options].concat()).stderr;

@@ -6,7 +6,7 @@ mod common;
 
 use common::*;
 use snell::accel::Accelerator;
-use snell::integrator::{Estimator, Undecided};
+use snell::integrator::{Estimator, PathReuse, Undecided};
 use snell::render::RenderSettings;
 use snell::sampler::SamplerKind;
 
@@ -36,7 +36,7 @@ fn light_samples_change_no_expectation() {
         let scene = compiled(&description, Accelerator::Auto);
         let mut one = file_settings(&description, Estimator::Path, 16);
         let mut several = with_samples([2, 4, 16][i % 3], &one);
-        several.integrator.reuse = i % 2 == 1;
+        several.integrator.reuse = if i % 2 == 1 { PathReuse::Blocks } else { PathReuse::Off };
         several.sampler.kind = [SamplerKind::Sobol, SamplerKind::Stratified { samples: 16 }][i % 2];
         let estimate = Estimate::of(&scene, &several, SEEDS);
         one.sampler.kind = SamplerKind::Independent;

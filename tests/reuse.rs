@@ -8,7 +8,7 @@ use common::*;
 use snell::accel::Accelerator;
 use snell::film::SampleId;
 use snell::integrator::record::Event;
-use snell::integrator::{Estimator, Undecided};
+use snell::integrator::{Estimator, PathReuse, Undecided};
 use snell::render::RenderSettings;
 use snell::spectrum::Rgb;
 
@@ -21,9 +21,9 @@ const WIDE: &str = "tests/data/reuse/wide.xml";
 /// Pictures of each kind.
 const SEEDS: u64 = 32;
 
-fn shared(alone: &RenderSettings) -> RenderSettings {
+fn shared(alone: &RenderSettings, reuse: PathReuse) -> RenderSettings {
     let mut settings = *alone;
-    settings.integrator.reuse = true;
+    settings.integrator.reuse = reuse;
     settings
 }
 
@@ -33,25 +33,27 @@ fn shared(alone: &RenderSettings) -> RenderSettings {
 #[test]
 fn sharing_changes_no_expectation() {
     let scratch = tempfile::tempdir().unwrap();
-    for name in ["caustic", "cornell-box", "cornell-box-materials", "layers", "million", "plates", "shelf", WIDE] {
+    let all = ["caustic", "cornell-box", "cornell-box-materials", "layers", "million", "plates", "shelf", WIDE];
+    let blocks = all.map(|name| (name, PathReuse::Blocks));
+    for (name, reuse) in blocks.into_iter().chain([("layers", PathReuse::Eights), (WIDE, PathReuse::Eights)]) {
         let description = match name {
             WIDE => load(WIDE, &[("res", &RES.to_string())]),
             own => load_scene(own, RES, scratch.path()),
         };
         let scene = compiled(&description, Accelerator::Auto);
         let mut alone = file_settings(&description, Estimator::Path, 16);
-        let with = Estimate::of(&scene, &shared(&alone), SEEDS);
+        let with = Estimate::of(&scene, &shared(&alone, reuse), SEEDS);
         alone.sampler.kind = snell::sampler::SamplerKind::Independent;
         let worst = with.worst_z_against(&Estimate::of(&scene, &alone, SEEDS));
-        println!("{name}: z {:.2}, worst tile {:.2}", worst.whole, worst.tile);
+        println!("{name}, {reuse:?}: z {:.2}, worst tile {:.2}", worst.whole, worst.tile);
         assert!(worst.whole < 5.5, "{name} is off by {} standard errors", worst.whole);
         assert!(worst.tile < 6.5, "{name} is off by {} standard errors in a tile", worst.tile);
     }
 }
 
 /// In the Cornell box all indirect light is diffuse, in the other room hardly any. At 128×128, where a block of eight pixels is a
-/// sixteenth of their width, the variance is about a fifth in the one and half in the other; measured by 8 pictures of
-/// 16,000 pixels each it wobbles by a hundredth.
+/// sixteenth of their width, the variance is about a fifth in the one and half in the other, with eights a fourth and a little more
+/// than half; measured by 8 pictures of 16,000 pixels each it wobbles by a hundredth.
 #[test]
 fn sharing_lowers_the_variance() {
     for (file, at_most) in [("scenes/cornell-box/scene.xml", 0.5), (WIDE, 0.8)] {
@@ -59,9 +61,12 @@ fn sharing_lowers_the_variance() {
         let scene = compiled(&description, Accelerator::Auto);
         let alone = file_settings(&description, Estimator::Path, 4);
         let variance = |settings: &RenderSettings| relative_variance(&scene, settings);
-        let ratio = variance(&shared(&alone)) / variance(&alone);
-        println!("{file}: ratio {ratio}");
-        assert!(ratio < at_most, "{file}: {ratio}");
+        let by_itself = variance(&alone);
+        for reuse in [PathReuse::Eights, PathReuse::Blocks] {
+            let ratio = variance(&shared(&alone, reuse)) / by_itself;
+            println!("{file}, {reuse:?}: ratio {ratio}");
+            assert!(ratio < at_most, "{file}, {reuse:?}: {ratio}");
+        }
     }
 }
 
@@ -70,15 +75,17 @@ fn sharing_lowers_the_variance() {
 fn sharing_is_determined() {
     let scratch = tempfile::tempdir().unwrap();
     let description = load_scene("cornell-box-materials", RES, scratch.path());
-    let settings = shared(&file_settings(&description, Estimator::Path, 8));
     let scene = compiled(&description, Accelerator::Native);
     let bits =
         |p: &snell::image::Picture| p.pixels().iter().map(|c| c.to_array().map(f32::to_bits)).collect::<Vec<_>>();
-    let first = bits(&rendered(&scene, &settings, 1).film.develop());
-    assert!(first == bits(&rendered(&scene, &settings, 3).film.develop()), "threads");
-    for accelerator in accelerators() {
-        let scene = compiled(&description, accelerator);
-        assert!(first == bits(&picture(&scene, &settings)), "{accelerator:?}");
+    for reuse in [PathReuse::Eights, PathReuse::Blocks] {
+        let settings = shared(&file_settings(&description, Estimator::Path, 8), reuse);
+        let first = bits(&rendered(&scene, &settings, 1).film.develop());
+        assert!(first == bits(&rendered(&scene, &settings, 3).film.develop()), "threads");
+        for accelerator in accelerators() {
+            let scene = compiled(&description, accelerator);
+            assert!(first == bits(&picture(&scene, &settings)), "{accelerator:?}");
+        }
     }
 }
 
@@ -88,9 +95,12 @@ fn replay_tells_the_shared_radiance() {
     let scratch = tempfile::tempdir().unwrap();
     let description = load_scene("cornell-box", RES, scratch.path());
     let scene = compiled(&description, Accelerator::Auto);
-    let settings = shared(&file_settings(&description, Estimator::Path, 1));
-    let picture = picture(&scene, &settings);
-    for (x, y) in [(0, 0), (35, 35), (17, 20), (5, 33)] {
+    let settings =
+        [PathReuse::Blocks, PathReuse::Eights].map(|r| shared(&file_settings(&description, Estimator::Path, 1), r));
+    let pictures = settings.map(|settings| picture(&scene, &settings));
+    let places = [(0, 0), (35, 35), (17, 20), (5, 33)];
+    for (x, y, i) in places.into_iter().flat_map(|(x, y)| [(x, y, 0), (x, y, 1)]) {
+        let (picture, settings) = (&pictures[i], &settings[i]);
         let (mut radiance, mut shares) = (None, false);
         let mut listen = |event: Event| match event {
             Event::Finished { radiance: r } => radiance = Some(r),
@@ -117,7 +127,7 @@ fn a_trial_decides() {
         let settings = file_settings(&description, Estimator::Path, 1);
         settings.integrator.with_what_pays(&scene, Undecided { reuse: true, light_samples: false }).reuse
     };
-    assert!(pays("cornell-box"));
-    assert!(!pays("furnace"), "one bounce under a constant sky");
-    assert!(!pays("glass"), "what absorbs shares nothing");
+    assert_eq!(pays("cornell-box"), PathReuse::Blocks);
+    assert_eq!(pays("furnace"), PathReuse::Off, "one bounce under a constant sky");
+    assert_eq!(pays("glass"), PathReuse::Off, "what absorbs shares nothing");
 }

@@ -4,7 +4,7 @@ use super::clock::{Took, timed};
 use super::estimate::{Errors, LEAST_RATIO, Reference, Verdict};
 use super::split::{Split, split};
 use crate::image::Picture;
-use crate::integrator::Integrator;
+use crate::integrator::{Integrator, PathReuse};
 use crate::render::{Progress, RenderSettings, render};
 use crate::sampler::{MOST_LOG_SAMPLES, SamplerKind};
 use crate::scene::Scene;
@@ -193,7 +193,7 @@ pub fn measure(
                 continue;
             };
             // What paths that share owe to neighbours is not told.
-            let integrator = Integrator { reuse: false, ..trial.settings.integrator };
+            let integrator = Integrator { reuse: PathReuse::Off, ..trial.settings.integrator };
             let settings = RenderSettings { samples, integrator, ..trial.settings };
             measured.split = Some(split(stage, trial.scene, &settings, &plan.seeds, reference)?);
         }

@@ -214,7 +214,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) rr_depth: Option<u32>,
     /// Whether neighbouring pixels share what their paths find: much less noise where light comes from diffuse surfaces, but
-    /// alike in neighbours. 'auto' tries whether it pays.
+    /// alike in neighbours. 'on': those of a block of 8x8, 'eights': eight of them together. 'auto' tries what pays.
     #[arg(long, value_enum, value_name = "WHEN", default_value_t = ReuseName::Auto)]
     pub(super) reuse: ReuseName,
     /// Light samples at the first hit, half of which take a ray: a power of two up to 16. 'auto' tries whether more than one pay.
@@ -254,6 +254,7 @@ pub(super) struct RenderArgs {
 pub(super) enum ReuseName {
     Auto,
     On,
+    Eights,
     Off,
 }
 

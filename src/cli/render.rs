@@ -9,7 +9,7 @@ use super::{EXIT_INTERRUPTED, interrupt, replay};
 use crate::description::IntegratorKind;
 use crate::error::{Error, Result};
 use crate::image::{ComponentFormat, Format, Layers, Metadata, OutputFile, PixelFormat, Reserved, WriteOptions};
-use crate::integrator::{Integrator, Undecided};
+use crate::integrator::{Integrator, PathReuse, Undecided};
 use crate::render::{Progress, RenderSettings, Rendered, render_with, total_samples};
 use crate::sampler::Sampler;
 use rayon::ThreadPool;
@@ -58,7 +58,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let names = Names {
         integrator: integrator.text(),
         sampler: args.sampler.text(),
-        path_reuse: settings.integrator.reuse,
+        path_reuse: settings.integrator.reuse != PathReuse::Off,
         light_samples: settings.integrator.light_samples,
         threads: pool.current_num_threads(),
     };
@@ -99,7 +99,11 @@ fn tell(
     }
     if args.verbose {
         let (load, build) = (prepared.load.as_secs_f64(), prepared.build.as_secs_f64());
-        let shares = if settings.integrator.reuse { "share" } else { "keep" };
+        let shares = match settings.integrator.reuse {
+            PathReuse::Off => "keep",
+            PathReuse::Eights => "share, eight together,",
+            PathReuse::Blocks => "share",
+        };
         say(format_args!("loaded in {load:.3} s, {} built in {build:.3} s", prepared.scene.accel.name()));
         let samples = settings.integrator.light_samples;
         let plural = if samples == 1 { "" } else { "s" };
@@ -174,7 +178,11 @@ pub(super) fn settings(
         hide_emitters: file.hide_emitters,
         hide_environment: !args.env_visible,
         light_samples: args.light_samples.0.unwrap_or(1),
-        reuse: args.reuse == ReuseName::On,
+        reuse: match args.reuse {
+            ReuseName::Auto | ReuseName::Off => PathReuse::Off,
+            ReuseName::Eights => PathReuse::Eights,
+            ReuseName::On => PathReuse::Blocks,
+        },
     };
     let undecided = Undecided { reuse: args.reuse == ReuseName::Auto, light_samples: args.light_samples.0.is_none() };
     let settings = RenderSettings {

@@ -28,6 +28,7 @@ mod trial;
 mod wave;
 
 pub use direct::MOST_CANDIDATES;
+pub use reuse::PathReuse;
 pub use technique::Technique;
 pub use trial::Undecided;
 pub use wave::RayCounts;
@@ -83,7 +84,7 @@ pub struct Integrator {
     /// [`Estimator::Path`] takes more than one.
     pub light_samples: u32,
     /// Neighbouring pixels share what their paths find, where that is possible: see [`reuse`].
-    pub reuse: bool,
+    pub reuse: PathReuse,
 }
 
 impl Integrator {
@@ -131,7 +132,11 @@ impl Integrator {
 
     /// Whether paths share what they find: only where there is something to share, and nothing on the way absorbs.
     fn shares(&self, scene: &Scene) -> bool {
-        self.reuse && self.estimator == Estimator::Path && self.max_depth > 2 && self.rr_depth > 1 && !scene.absorbs()
+        self.reuse != PathReuse::Off
+            && self.estimator == Estimator::Path
+            && self.max_depth > 2
+            && self.rr_depth > 1
+            && !scene.absorbs()
     }
 
     /// Samples in the order in which they are taken.
@@ -157,7 +162,7 @@ impl Integrator {
                 let film = &scene.film;
                 let tile = tile_around(film.filter.sampled_area(film.crop, film.sample_border), id.x, id.y);
                 reuse::grouped_ids(tile, id.index..id.index + 1)
-                    .filter(|&other| reuse::Group::of(other) == reuse::Group::of(id))
+                    .filter(|&other| reuse::Group::of(other, self.reuse) == reuse::Group::of(id, self.reuse))
                     .collect()
             }
             false => vec![id],

@@ -8,7 +8,7 @@
 //! on the limits of paths alone: not on seed, crop or number of samples, and not on the machine.
 
 use super::reuse::BLOCK;
-use super::{Estimator, Integrator, RayCounts};
+use super::{Estimator, Integrator, PathReuse, RayCounts};
 use crate::film::SampleId;
 use crate::image::{Area, Crop};
 use crate::sampler::{Sampler, SamplerKind};
@@ -83,7 +83,7 @@ impl Integrator {
     #[must_use]
     pub fn with_what_pays(self, scene: &Scene, undecided: Undecided) -> Self {
         let plain = Self {
-            reuse: self.reuse && !undecided.reuse,
+            reuse: if undecided.reuse { PathReuse::Off } else { self.reuse },
             light_samples: if undecided.light_samples { 1 } else { self.light_samples },
             ..self
         };
@@ -93,9 +93,13 @@ impl Integrator {
         if undecided.light_samples && choice && self.estimator == Estimator::Path && self.max_depth > 1 {
             best.or(Self { light_samples: TRIED_LIGHT_SAMPLES, ..plain }, LEAST_GAIN_OF_LIGHT_SAMPLES, scene);
         }
-        let shared = Self { reuse: true, ..best.way };
-        if undecided.reuse && shared.shares(scene) {
-            best.or(shared, LEAST_GAIN_OF_REUSE, scene);
+        for reuse in [PathReuse::Eights, PathReuse::Blocks] {
+            let shared = Self { reuse, ..best.way };
+            // Where a few gain nothing, many do not.
+            let fewer_pay = reuse == PathReuse::Eights || best.way.reuse != PathReuse::Off;
+            if undecided.reuse && fewer_pay && shared.shares(scene) {
+                best.or(shared, LEAST_GAIN_OF_REUSE, scene);
+            }
         }
         best.way
     }

@@ -124,7 +124,8 @@ impl Walker<'_> {
             let Some(last) = wave.paths.last().map(|path| path.id) else { return };
             if wave.reuse.is_some() {
                 // Those who share are in one wave.
-                let rest = std::iter::from_fn(|| ids.next_if(|&id| Group::of(id) == Group::of(last)));
+                let group = |id| Group::of(id, self.limits.reuse);
+                let rest = std::iter::from_fn(|| ids.next_if(|&id| group(id) == group(last)));
                 wave.paths.extend(rest.map(|id| self.start(id)));
             }
             wave.active.extend(0..wave.paths.len() as u32);

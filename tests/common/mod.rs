@@ -225,7 +225,7 @@ pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
             hide_emitters: false,
             hide_environment: false,
             light_samples: 1,
-            reuse: false,
+            reuse: snell::integrator::PathReuse::Off,
         },
     }
 }

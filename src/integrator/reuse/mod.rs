@@ -23,6 +23,7 @@
 mod apart;
 mod group;
 
+pub use group::PathReuse;
 pub(super) use group::{BLOCK, Group, grouped_ids};
 
 use super::path_state::{PathState, Segment};
@@ -179,8 +180,9 @@ impl Walker<'_> {
         }
         let mut start = 0;
         while start < paths.len() {
-            let group = Group::of(paths[start].id);
-            let members = paths[start..].iter().take_while(|path| Group::of(path.id) == group).count();
+            let of = |path: &PathState| Group::of(path.id, self.limits.reuse);
+            let group = of(&paths[start]);
+            let members = paths[start..].iter().take_while(|path| of(path) == group).count();
             self.share_in(reuse, start..start + members, paths, layers, counts);
             start += members;
         }
