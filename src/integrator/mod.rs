@@ -68,7 +68,7 @@ impl Estimator {
 }
 
 /// An estimator with its limits.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Integrator {
     /// Which estimator.
     pub estimator: Estimator,
