@@ -70,10 +70,12 @@ mod tests {
 
     #[test]
     fn work_of_all_threads_counts() {
-        // Two threads that work for as long as one of them must count twice; a busy machine may give them less.
-        let busy = || (0..3_000_000_u64).fold(0, |a, b| std::hint::black_box(a ^ b));
-        let (_, one) = timed(busy);
-        let ((), two) = timed(|| std::thread::scope(|s| (0..2).for_each(|_| drop(s.spawn(busy)))));
-        assert!(two.cpu > 1.2 * one.cpu, "{one:?} {two:?}");
+        // Two threads that work for as long as one of them must count twice. A busy machine makes work longer, never shorter: so
+        // it is the least of some tries that counts.
+        let busy = || (0..60_000_000_u64).fold(0, |a, b| std::hint::black_box(a ^ b));
+        let two = || std::thread::scope(|s| (0..2).for_each(|_| drop(s.spawn(busy))));
+        let least = |cpu: &dyn Fn() -> f64| (0..5).map(|_| cpu()).fold(f64::INFINITY, f64::min);
+        let (one, two) = (least(&|| timed(busy).1.cpu), least(&|| timed(two).1.cpu));
+        assert!(two > 1.2 * one, "{one} {two}");
     }
 }
