@@ -54,7 +54,7 @@ pub enum Event {
         /// Why.
         reason: &'static str,
     },
-    /// What the path found beyond a second vertex that scatters widely is shared with neighbours, and what they found with it: the sum of
+    /// What the path found beyond its second vertex is shared with neighbours, and what they found with it: the sum of
     /// what was told is not the sample's radiance.
     Shared,
     /// All is told.

@@ -1,6 +1,6 @@
 //! Which ways pay in a scene: found out by walking a few paths in each of them.
 //!
-//! Where most noise is that of direct light, or of surfaces that nobody can share, sharing costs more than it gains; and only where
+//! Where most noise is that of direct light, or of light that nobody can share, sharing costs more than it gains; and only where
 //! it is that of direct light, more light samples do. So blocks of pixels over the whole film are sampled in either way: the
 //! standard deviation of a pixel's samples, relative to the block's mean, its sum's square times the rays that were traced, is what is
 //! compared. (Of variances the few strongest paths would decide, and a vote of the blocks fails where noise is rare and strong, as

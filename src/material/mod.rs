@@ -115,7 +115,7 @@ impl Scatter<'_> {
         }
     }
 
-    /// Whether it scatters widely: see [`Bsdf::scatters_everywhere`].
+    /// See [`Bsdf::scatters_everywhere`].
     pub fn scatters_everywhere(&self) -> bool {
         match self {
             Self::One(bsdf) => bsdf.scatters_everywhere(),

@@ -13,10 +13,10 @@
 //! f with its cosine at x, G = |cos θ_y|/|x − y|² where they see each other. The sum of weights is 1 for every y, so the
 //! expected value is that of the path alone, whatever the neighbours are; the noise of neighbours is alike, but less.
 //!
-//! Where y is not diffuse but scatters widely, R depends on who looks: [`apart`] has what is shared then.
+//! Where y reflects but is not diffuse, R depends on who looks: [`apart`] has what is shared then.
 //!
 //! What stays a path's own: light that it samples at x or runs into at y, and everything where x scatters by a delta lobe
-//! or y scatters narrowly or lets light through.
+//! or y does, or lets light through.
 //!
 //! Who shares with whom is the business of [`group`]; whether it pays, of [`super::trial`].
 
@@ -121,7 +121,7 @@ impl Reuse {
         self.apart.clear();
     }
 
-    /// What path `index` finds from now on counts for others, too, if the surface scatters widely; `hit` is its second.
+    /// What path `index` finds from now on counts for others, too, if the surface reflects to all sides; `hit` is its second.
     #[inline(never)]
     pub(super) fn join(&mut self, index: usize, path: &mut PathState, surface: &Surface<'_>, hit: Hit) {
         let Segment::Smooth { pdf, from, .. } = path.segment else { return };
