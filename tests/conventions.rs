@@ -106,9 +106,10 @@ fn modules_use_lower_rows_only() {
 }
 
 #[test]
-fn unsafe_stands_at_the_foreign_border_only() {
+fn unsafe_stands_at_the_foreign_border_and_in_one_kernel_only() {
     for (path, text) in sources() {
-        if path.to_string_lossy().contains("accel/embree") {
+        let name = path.to_string_lossy().replace('\\', "/");
+        if name.contains("accel/embree") || name.ends_with("accel/native/interleaved.rs") {
             continue;
         }
         for (line, code) in code(&text) {

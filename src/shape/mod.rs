@@ -16,13 +16,15 @@ pub mod uv;
 
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 /// Which primitive a ray met.
 ///
 /// Only the identity: the distance and the point are computed from it, once, by [`crate::shape`], so that they do not
 /// depend on who found the hit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable)]
+#[repr(C)]
 pub struct Hit {
     /// Index of the shape, or [`Hit::NONE`]'s.
     pub shape: u32,

@@ -1,17 +1,15 @@
-//! The leaves: up to four triangles or one of anything else, with all that their test reads.
-//!
-//! Triangles are stored lane by lane, by their vertices and not by edges: the two triangles at an edge must compute it
-//! from the same numbers. Unused lanes repeat the last one, which changes no answer.
+//! The leaves of trees: what they are to a tree, and those of one quadric each.
 
+use super::Nearest;
 use super::build::Item;
 use super::spatial::Corners;
 use super::wide::Stack;
-use super::{Nearest, PreparedRay};
 use crate::accel::Hit;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
-use crate::shape::triangle::WatertightRay;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
+use std::fmt::Debug;
+use std::ops::Deref;
 
 /// Triangles in a leaf.
 pub(super) const BLOCK_SIZE: usize = 4;
@@ -24,6 +22,12 @@ pub(super) trait Block: Send + Sync + Sized {
     /// The rays that it is tested against.
     type Ray: BlockRay;
 
+    /// The nearest hit of a ray so far.
+    type Nearest: Copy;
+
+    /// Many of them.
+    type Blocks: Deref<Target = [Self]> + From<Vec<Self>> + Send + Sync + Debug;
+
     /// The most primitives in one.
     const SIZE: usize;
 
@@ -33,11 +37,14 @@ pub(super) trait Block: Send + Sync + Sized {
     /// Copies what it needs of 1 to [`Self::SIZE`] primitives.
     fn new(items: &[Item], source: &Self::Source) -> Self;
 
-    /// Offers all hits inside the ray's interval. What is on the stack is left there.
-    fn closest(&self, ray: &Self::Ray, nearest: &mut Nearest, stack: &mut Stack);
+    /// A distance that the nearest hit so far is not beyond.
+    fn limit(nearest: &Self::Nearest) -> f32;
+
+    /// Offers all hits of one of `blocks` inside the ray's interval. What is on the stack is left there.
+    fn closest(blocks: &[Self], index: u32, ray: &Self::Ray, nearest: &mut Self::Nearest, stack: &mut Stack);
 
     /// Whether there is a hit inside the ray's interval.
-    fn any(&self, ray: &Self::Ray, stack: &mut Stack) -> bool;
+    fn any(blocks: &[Self], index: u32, ray: &Self::Ray, stack: &mut Stack) -> bool;
 }
 
 /// A ray as blocks want it.
@@ -50,20 +57,6 @@ pub(super) trait BlockRay {
 pub(super) trait SceneRay: BlockRay {
     /// Prepares a ray, with the primitives that it starts and ends on.
     fn new(ray: &Ray, ends: [Hit; 2]) -> Self;
-}
-
-impl BlockRay for PreparedRay {
-    #[inline(always)]
-    fn line(&self) -> &Ray {
-        &self.ray
-    }
-}
-
-impl SceneRay for PreparedRay {
-    #[inline(always)]
-    fn new(ray: &Ray, ends: [Hit; 2]) -> Self {
-        Self { ray: *ray, watertight: WatertightRay::new(ray), ends }
-    }
 }
 
 /// A ray that needs no more preparation.
@@ -93,60 +86,12 @@ pub(super) fn lane(items: &[Item], lane: usize) -> &Item {
     &items[lane.min(items.len() - 1)]
 }
 
-/// Four triangles.
-#[derive(Debug)]
-#[repr(align(64))]
-pub(super) struct TriangleBlock {
-    /// `[vertex][axis]`, a lane each.
-    vertices: [[Vec4; 3]; 3],
-    ids: [Hit; BLOCK_SIZE],
-}
-
 /// The corners of a triangle of a mesh.
 pub(super) fn triangle(shapes: &[Shape], id: Hit) -> [Vec3; 3] {
     let Shape::Mesh(mesh) = &shapes[id.shape as usize] else {
         unreachable!("triangles are parts of meshes");
     };
     mesh.triangle(id.primitive)
-}
-
-impl Block for TriangleBlock {
-    type Source = [Shape];
-    type Ray = PreparedRay;
-
-    const SIZE: usize = BLOCK_SIZE;
-
-    fn corners(shapes: &[Shape]) -> Option<Box<Corners<'_>>> {
-        Some(Box::new(|id| triangle(shapes, id)))
-    }
-
-    fn new(items: &[Item], shapes: &[Shape]) -> Self {
-        let ids = std::array::from_fn(|i| lane(items, i).id);
-        let mut vertices = [[Vec4::ZERO; 3]; 3];
-        for (i, &id) in ids.iter().enumerate() {
-            for (vertex, position) in vertices.iter_mut().zip(triangle(shapes, id)) {
-                for (axis, coordinate) in vertex.iter_mut().zip(position.to_array()) {
-                    axis[i] = coordinate;
-                }
-            }
-        }
-        Self { vertices, ids }
-    }
-
-    #[inline(always)]
-    fn closest(&self, ray: &PreparedRay, nearest: &mut Nearest, _: &mut Stack) {
-        let other = |lane: usize| !ray.ends.contains(&self.ids[lane]);
-        ray.watertight.intersect4(&self.vertices, other, |lane, t| {
-            nearest.offer(t, self.ids[lane]);
-            false
-        });
-    }
-
-    #[inline(always)]
-    fn any(&self, ray: &PreparedRay, _: &mut Stack) -> bool {
-        let other = |lane: usize| !ray.ends.contains(&self.ids[lane]);
-        ray.watertight.intersect4(&self.vertices, other, |_, _| true)
-    }
 }
 
 /// A quadric.
@@ -156,6 +101,8 @@ pub(super) struct QuadricBlock(Shape, Hit);
 impl Block for QuadricBlock {
     type Source = [Shape];
     type Ray = PlainRay;
+    type Nearest = Nearest;
+    type Blocks = Vec<Self>;
 
     const SIZE: usize = 1;
 
@@ -163,19 +110,24 @@ impl Block for QuadricBlock {
         None
     }
 
+    fn limit(nearest: &Nearest) -> f32 {
+        nearest.t
+    }
+
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
-        Self(shapes[items[0].id.shape as usize].clone(), items[0].id)
+        Self(shapes[items[0].id().shape as usize].clone(), items[0].id())
     }
 
     #[inline]
-    fn closest(&self, ray: &PlainRay, nearest: &mut Nearest, _: &mut Stack) {
-        if let Some(t) = self.0.intersect(0, &ray.ray) {
-            nearest.offer(t, self.1);
+    fn closest(blocks: &[Self], index: u32, ray: &PlainRay, nearest: &mut Nearest, _: &mut Stack) {
+        let Self(quadric, id) = &blocks[index as usize];
+        if let Some(t) = quadric.intersect(0, &ray.ray) {
+            nearest.offer(t, *id);
         }
     }
 
     #[inline]
-    fn any(&self, ray: &PlainRay, _: &mut Stack) -> bool {
-        self.0.intersect(0, &ray.ray).is_some()
+    fn any(blocks: &[Self], index: u32, ray: &PlainRay, _: &mut Stack) -> bool {
+        blocks[index as usize].0.intersect(0, &ray.ray).is_some()
     }
 }

@@ -14,11 +14,21 @@
 use super::spatial::{self, Corners};
 use crate::accel::{Accel, Hit};
 use crate::math::bounds::Bounds;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 
-/// Bins along each axis. More gain under 1 % in ray time and cost as much in build time.
+/// Most bins along each axis. More gain under 1 % in ray time and cost as much in build time.
 pub(super) const BINS: usize = 16;
+
+/// Bins for the fewest primitives, and primitives for each one more: between so few, more planes find nothing better, and most
+/// of the nodes are small.
+const LEAST_BINS: usize = 4;
+
+/// See [`LEAST_BINS`].
+const ITEMS_PER_BIN: usize = 8;
+
+/// A number of which the unit is the last place, and larger than all numbers of bins.
+const TO_INTEGER: f32 = (1u32 << 23) as f32;
 
 /// Splits of the heuristic on one path from the root, after which primitives are halved. A balanced tree of 2³²
 /// primitives has 32; good ones of real scenes stay under 60.
@@ -38,26 +48,97 @@ const SPARE: usize = 2;
 
 /// Cutting is tried only where the boxes of the best two sets of whole primitives overlap by this fraction of the area of
 /// the box around both, ...
-const LEAST_OVERLAP: f64 = 0.25;
+const LEAST_OVERLAP: f32 = 0.25;
 
 /// ... and by this fraction of the area of the whole tree's: most boxes are small and seldom met.
-const LEAST_OVERLAP_OF_WHOLE: f64 = 1.0 / (1u64 << 20) as f64;
+const LEAST_OVERLAP_OF_WHOLE: f32 = 1.0 / (1u32 << 14) as f32;
 
 /// Cutting must take the cost below this part of the other's, to be worth its memory.
-const LEAST_GAIN: f64 = 0.95;
+const LEAST_GAIN: f32 = 0.95;
 
-/// A primitive to be put into the tree.
+/// A primitive to be put into the tree. Its name fills up the vectors of its box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
-    pub(super) bounds: Bounds,
-    pub(super) id: Hit,
+    lower: Vec4,
+    upper: Vec4,
 }
 
 impl Item {
+    pub(super) fn new(bounds: Bounds, id: Hit) -> Self {
+        Self {
+            lower: bounds.min.extend(f32::from_bits(id.shape)),
+            upper: bounds.max.extend(f32::from_bits(id.primitive)),
+        }
+    }
+
+    /// The same primitive in another box.
+    pub(super) fn with_bounds(&self, bounds: Bounds) -> Self {
+        Self::new(bounds, self.id())
+    }
+
+    pub(super) fn id(&self) -> Hit {
+        Hit { shape: self.lower.w.to_bits(), primitive: self.upper.w.to_bits() }
+    }
+
+    pub(super) fn bounds(&self) -> Bounds {
+        self.box4().bounds()
+    }
+
+    #[inline]
+    pub(super) fn box4(&self) -> Box4 {
+        Box4 { min: self.lower, max: self.upper }
+    }
+
     /// Twice the centre of the box.
     #[inline]
-    pub(super) fn centroid(&self) -> Vec3 {
-        self.bounds.min + self.bounds.max
+    pub(super) fn centroid(&self) -> Vec4 {
+        self.lower + self.upper
+    }
+}
+
+/// A box in vectors of four, of which the last number means nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Box4 {
+    pub(super) min: Vec4,
+    pub(super) max: Vec4,
+}
+
+impl Box4 {
+    pub(super) const EMPTY: Self = Self { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
+
+    pub(super) fn of(bounds: Bounds) -> Self {
+        Self { min: bounds.min.extend(0.0), max: bounds.max.extend(0.0) }
+    }
+
+    pub(super) fn bounds(self) -> Bounds {
+        Bounds { min: self.min.truncate(), max: self.max.truncate() }
+    }
+
+    #[inline(always)]
+    pub(super) fn with(self, p: Vec4) -> Self {
+        Self { min: self.min.min(p), max: self.max.max(p) }
+    }
+
+    #[inline(always)]
+    pub(super) fn union(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    #[inline(always)]
+    pub(super) fn intersection(self, other: Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
+    }
+
+    #[inline(always)]
+    pub(super) fn is_empty(&self) -> bool {
+        self.min.cmpgt(self.max).bitmask() & 0b111 != 0
+    }
+
+    /// Half of the surface area, in squares of 1/`unit`. Not of an empty box.
+    #[inline(always)]
+    pub(super) fn half_area(&self, unit: f32) -> f32 {
+        let e = (self.max - self.min) * unit;
+        e.x * e.y + e.y * e.z + e.z * e.x
     }
 }
 
@@ -99,9 +180,13 @@ pub(super) fn build(items: &mut Vec<Item>, leaf_size: usize, corners: Option<&Co
     items.resize(count + spare, items[0]);
     let unused = BinaryNode { bounds: Bounds::EMPTY, kind: Kind::Leaf { first: 0, count: 0 } };
     let mut nodes = vec![unused; 2 * items.len() - 1];
-    let least_overlap = LEAST_OVERLAP_OF_WHOLE * half_area(Extent::of(&items[..count]).bounds);
-    let builder = Builder { leaf_size, corners, least_overlap };
-    builder.subtree(Places { items, count, first: 0 }, &mut nodes, 0);
+    let whole = Extent::of(&items[..count]);
+    let size = (whole.bounds.max - whole.bounds.min).truncate().max_element();
+    // A power of two would do; of a point, nothing depends on it.
+    let unit = if size > 0.0 { 1.0 / size } else { 1.0 };
+    let least_overlap = LEAST_OVERLAP_OF_WHOLE * whole.bounds.half_area(unit);
+    let builder = Builder { leaf_size, corners, least_overlap, unit };
+    builder.subtree(Places { items, count, first: 0 }, &whole, &mut nodes, 0);
     nodes
 }
 
@@ -110,7 +195,9 @@ struct Builder<'a> {
     leaf_size: usize,
     corners: Option<&'a Corners<'a>>,
     /// See [`LEAST_OVERLAP_OF_WHOLE`].
-    least_overlap: f64,
+    least_overlap: f32,
+    /// One over the size of the whole: areas are computed in f32, and must neither overflow nor vanish.
+    unit: f32,
 }
 
 /// The items of a subtree, with its spare places behind them.
@@ -136,22 +223,23 @@ impl<'a> Places<'a> {
 }
 
 impl Builder<'_> {
-    fn subtree(&self, places: Places<'_>, nodes: &mut [BinaryNode], depth: usize) {
+    fn subtree(&self, places: Places<'_>, extent: &Extent, nodes: &mut [BinaryNode], depth: usize) {
         let Places { items, count, first } = places;
-        let extent = Extent::of(&items[..count]);
         if count <= self.leaf_size {
             let kind = Kind::Leaf { first: first as u32, count: count as u32 };
-            nodes[0] = BinaryNode { bounds: extent.bounds, kind };
+            nodes[0] = BinaryNode { bounds: extent.bounds.bounds(), kind };
             return;
         }
-        let (middle, end) = self.split(items, count, &extent, depth);
+        let Halves { middle, end, extents } = self.split(items, count, extent, depth);
+        let [left_extent, right_extent] = &extents;
         let (left, right) = Places { items, count, first }.divide(middle, end);
         let (head, rest) = nodes.split_at_mut(1);
         let (left_nodes, right_nodes) = rest.split_at_mut(2 * left.items.len() - 1);
-        head[0] = BinaryNode { bounds: extent.bounds, kind: Kind::Inner { right: 2 * left.items.len() as u32 } };
+        head[0] =
+            BinaryNode { bounds: extent.bounds.bounds(), kind: Kind::Inner { right: 2 * left.items.len() as u32 } };
         let larger = left.count.max(right.count);
-        let build_left = || self.subtree(left, left_nodes, depth + 1);
-        let build_right = || self.subtree(right, right_nodes, depth + 1);
+        let build_left = || self.subtree(left, left_extent, left_nodes, depth + 1);
+        let build_right = || self.subtree(right, right_extent, right_nodes, depth + 1);
         if larger < PARALLEL_SUBTREE {
             build_left();
             build_right();
@@ -160,69 +248,90 @@ impl Builder<'_> {
         }
     }
 
-    /// Reorders the first `count` items, of which some may be cut, and returns where to split and where they end, with at
-    /// least one on each side.
-    fn split(&self, items: &mut [Item], count: usize, extent: &Extent, depth: usize) -> (usize, usize) {
-        let half = (count / 2, count);
+    /// Reorders the first `count` items, of which some may be cut, so that there is at least one on each side.
+    fn split(&self, items: &mut [Item], count: usize, extent: &Extent, depth: usize) -> Halves {
         if depth >= SAH_DEPTH {
-            return half;
+            return Halves::new(items, count / 2, count);
         }
-        let binning = Binning::new(extent, self.leaf_size);
+        let binning = Binning::new(extent, count, self.leaf_size, self.unit);
         let split = binning.best_split(&items[..count]);
         if let Some(corners) = self.corners
             && items.len() > count
             && self.may_cut(extent, split.as_ref())
-            && let Some(planar) = spatial::best(&items[..count], extent.bounds, corners, |n| n.div_ceil(self.leaf_size))
+            && let Some(planar) =
+                spatial::best(&items[..count], extent.bounds.bounds(), corners, self.leaf_size, self.unit)
             && split.as_ref().is_none_or(|split| planar.cost < LEAST_GAIN * split.cost)
         {
             let (middle, end) = planar.partition(items, count, corners);
-            return if middle == 0 || middle == end { (end / 2, end) } else { (middle, end) };
+            return Halves::new(items, if middle == 0 || middle == end { end / 2 } else { middle }, end);
         }
         let Some(Split { axis, bin, .. }) = split else {
-            return half;
+            return Halves::new(items, count / 2, count);
         };
-        let middle = partition(&mut items[..count], |item| binning.bin(item)[axis] <= bin);
-        if middle == 0 || middle == count { half } else { (middle, count) }
+        let halves = partition(&mut items[..count], |item| binning.bins_of(item)[axis] <= bin);
+        if halves.middle == 0 || halves.middle == count { Halves::new(items, count / 2, count) } else { halves }
     }
 
     /// Whether whole primitives make boxes that overlap so much that cutting is worth a try.
     fn may_cut(&self, extent: &Extent, split: Option<&Split>) -> bool {
-        let whole = half_area(extent.bounds);
+        let whole = extent.bounds.half_area(self.unit);
         let overlap = split.map_or(whole, |split| split.overlap);
         overlap > self.least_overlap && overlap > LEAST_OVERLAP * whole
     }
 }
 
-/// Moves the items that satisfy `is_left` to the front and returns their number.
-fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> usize {
+/// Where items are split, and where they end.
+struct Halves {
+    middle: usize,
+    end: usize,
+    extents: [Extent; 2],
+}
+
+impl Halves {
+    fn new(items: &[Item], middle: usize, end: usize) -> Self {
+        Self { middle, end, extents: [Extent::of(&items[..middle]), Extent::of(&items[middle..end])] }
+    }
+}
+
+/// Moves the items that satisfy `is_left` to the front.
+fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> Halves {
     let (mut begin, mut end) = (0, items.len());
+    let [mut left, mut right] = [Extent::EMPTY; 2];
     while begin < end {
-        if is_left(&items[begin]) {
+        let item = items[begin];
+        if is_left(&item) {
+            left.add(&item);
             begin += 1;
         } else {
+            right.add(&item);
             end -= 1;
             items.swap(begin, end);
         }
     }
-    begin
+    Halves { middle: begin, end: items.len(), extents: [left, right] }
 }
 
 /// Boxes around items and around their centroids.
 #[derive(Clone, Copy)]
 struct Extent {
-    bounds: Bounds,
-    centroids: Bounds,
+    bounds: Box4,
+    centroids: Box4,
 }
 
 impl Extent {
-    const EMPTY: Self = Self { bounds: Bounds::EMPTY, centroids: Bounds::EMPTY };
+    const EMPTY: Self = Self { bounds: Box4::EMPTY, centroids: Box4::EMPTY };
+
+    #[inline(always)]
+    fn add(&mut self, item: &Item) {
+        self.bounds = self.bounds.union(item.box4());
+        self.centroids = self.centroids.with(item.centroid());
+    }
 
     fn of(items: &[Item]) -> Self {
         let serial = |items: &[Item]| {
-            items.iter().fold(Self::EMPTY, |e, item| Self {
-                bounds: e.bounds.union(item.bounds),
-                centroids: e.centroids.with(item.centroid()),
-            })
+            let mut extent = Self::EMPTY;
+            items.iter().for_each(|item| extent.add(item));
+            extent
         };
         if items.len() <= PARALLEL_BINNING {
             return serial(items);
@@ -239,87 +348,118 @@ struct Split {
     axis: usize,
     /// The last on the left.
     bin: usize,
-    cost: f64,
+    cost: f32,
     /// Half of the surface area that the boxes of both sides have in common.
-    overlap: f64,
+    overlap: f32,
+}
+
+/// Blocks that so many primitives take, of `leaf_size` each, which is a power of two: a division would take longer than all
+/// the rest of a cost.
+#[inline(always)]
+pub(super) fn blocks(count: usize, leaf_size: usize) -> f32 {
+    ((count + leaf_size - 1) >> leaf_size.trailing_zeros()) as i32 as f32
 }
 
 /// How centroids map to bins.
 struct Binning {
-    origin: Vec3,
-    scale: Vec3,
+    origin: Vec4,
+    scale: Vec4,
+    /// Bins in use.
+    bins: usize,
     leaf_size: usize,
+    unit: f32,
 }
 
 #[derive(Clone, Copy)]
 struct Bin {
-    bounds: Bounds,
+    bounds: Box4,
     count: usize,
 }
 
 impl Bin {
-    const EMPTY: Self = Self { bounds: Bounds::EMPTY, count: 0 };
+    const EMPTY: Self = Self { bounds: Box4::EMPTY, count: 0 };
 
+    #[inline(always)]
     fn union(self, other: Self) -> Self {
         Self { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
-    }
-
-    /// Cost of a node with these primitives, of which a whole block is tested at a time.
-    fn cost(&self, leaf_size: usize) -> f64 {
-        half_area(self.bounds) * self.count.div_ceil(leaf_size) as f64
     }
 }
 
 type Bins = [[Bin; BINS]; 3];
 
 impl Binning {
-    fn new(extent: &Extent, leaf_size: usize) -> Self {
-        let size = extent.centroids.extent();
-        Self { origin: extent.centroids.min, scale: Vec3::splat(BINS as f32) / size, leaf_size }
+    fn new(extent: &Extent, count: usize, leaf_size: usize, unit: f32) -> Self {
+        let size = extent.centroids.max - extent.centroids.min;
+        let bins = (LEAST_BINS + count / ITEMS_PER_BIN).min(BINS);
+        Self { origin: extent.centroids.min, scale: Vec4::splat(bins as f32) / size, bins, leaf_size, unit }
     }
 
-    /// The bin on each axis; 0 on one along which all centroids are the same.
-    #[inline]
-    fn bin(&self, item: &Item) -> [usize; 3] {
-        // A float-to-integer cast saturates and takes NaN (of 0 · ∞) to 0.
-        ((item.centroid() - self.origin) * self.scale).to_array().map(|bin| (bin as usize).min(BINS - 1))
+    /// The bins along the axes; 0 along one where all centroids are the same.
+    #[inline(always)]
+    fn bins_of(&self, item: &Item) -> [usize; 3] {
+        // NaN (of 0 · ∞) becomes 0. A sum with [`TO_INTEGER`] rounds to an integer that stands in its lowest bits: a cast to
+        // one takes several times as long.
+        let place = (item.centroid() - self.origin) * self.scale - 0.5;
+        let [x, y, z, _] = (place.max(Vec4::ZERO).min(Vec4::splat((self.bins - 1) as f32)) + TO_INTEGER).to_array();
+        let bin = |x: f32| x.to_bits() as usize % BINS;
+        [bin(x), bin(y), bin(z)]
     }
 
-    fn fill(&self, items: &[Item]) -> Bins {
-        let mut bins = [[Bin::EMPTY; BINS]; 3];
+    /// Sorts items into the bins in use, which are emptied first.
+    fn fill(&self, items: &[Item], bins: &mut Bins) {
+        let last = self.bins - 1;
+        for bins in &mut *bins {
+            bins[..=last].fill(Bin::EMPTY);
+        }
         for item in items {
-            for (bins, bin) in bins.iter_mut().zip(self.bin(item)) {
-                let bin = &mut bins[bin];
-                bin.bounds = bin.bounds.union(item.bounds);
+            let places = self.bins_of(item);
+            for axis in 0..3 {
+                let bin = &mut bins[axis][places[axis]];
+                bin.bounds = bin.bounds.union(item.box4());
                 bin.count += 1;
             }
         }
-        bins
+    }
+
+    /// Cost of a node with these primitives, of which a whole block is tested at a time.
+    #[inline(always)]
+    fn cost(&self, bin: &Bin) -> f32 {
+        if bin.count == 0 {
+            return f32::INFINITY;
+        }
+        bin.bounds.half_area(self.unit) * blocks(bin.count, self.leaf_size)
     }
 
     /// The cheapest split; none where no split has primitives on both sides.
     fn best_split(&self, items: &[Item]) -> Option<Split> {
-        let bins = if items.len() <= PARALLEL_BINNING {
-            self.fill(items)
+        // What is not in use is not read.
+        let mut bins = [[Bin::EMPTY; BINS]; 3];
+        if items.len() <= PARALLEL_BINNING {
+            self.fill(items, &mut bins);
         } else {
-            items.par_chunks(PARALLEL_BINNING).map(|items| self.fill(items)).reduce(
+            let fill = |items: &[Item]| {
+                let mut bins = [[Bin::EMPTY; BINS]; 3];
+                self.fill(items, &mut bins);
+                bins
+            };
+            bins = items.par_chunks(PARALLEL_BINNING).map(fill).reduce(
                 || [[Bin::EMPTY; BINS]; 3],
                 |a, b| std::array::from_fn(|axis| std::array::from_fn(|i| a[axis][i].union(b[axis][i]))),
-            )
-        };
+            );
+        }
         let mut best = None;
-        let mut least = f64::INFINITY;
+        let mut least = f32::INFINITY;
         for (axis, bins) in bins.iter().enumerate() {
             let mut right_costs = [0.0; BINS];
             let mut right = Bin::EMPTY;
-            for i in (1..BINS).rev() {
+            for i in (1..self.bins).rev() {
                 right = right.union(bins[i]);
-                right_costs[i] = if right.count == 0 { f64::INFINITY } else { right.cost(self.leaf_size) };
+                right_costs[i] = self.cost(&right);
             }
             let mut left = Bin::EMPTY;
-            for i in 0..BINS - 1 {
+            for i in 0..self.bins - 1 {
                 left = left.union(bins[i]);
-                let cost = if left.count == 0 { f64::INFINITY } else { left.cost(self.leaf_size) + right_costs[i + 1] };
+                let cost = self.cost(&left) + right_costs[i + 1];
                 if cost < least {
                     least = cost;
                     best = Some((axis, i));
@@ -328,9 +468,8 @@ impl Binning {
         }
         best.map(|(axis, bin)| {
             let side = |bins: &[Bin]| bins.iter().fold(Bin::EMPTY, |a, &b| a.union(b)).bounds;
-            let (left, right) = (side(&bins[axis][..=bin]), side(&bins[axis][bin + 1..]));
-            let common = Bounds { min: left.min.max(right.min), max: left.max.min(right.max) };
-            let overlap = if common.is_empty() { 0.0 } else { half_area(common) };
+            let common = side(&bins[axis][..=bin]).intersection(side(&bins[axis][bin + 1..self.bins]));
+            let overlap = if common.is_empty() { 0.0 } else { common.half_area(self.unit) };
             Split { axis, bin, cost: least, overlap }
         })
     }
@@ -339,6 +478,7 @@ impl Binning {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
     use std::collections::BTreeSet;
 
     /// 60 needles across 600 specks: needles are cut, no more parts are made than there are places for, and no primitive is
@@ -357,17 +497,15 @@ mod tests {
                 if i % 11 == 0 { [a, b, b + Vec3::splat(0.01)] } else { [a, a + 0.01 * b, a + 0.01 * point()] }
             })
             .collect();
-        let item = |(primitive, triangle): (u32, &[Vec3; 3])| Item {
-            bounds: Bounds::of(*triangle),
-            id: Hit { shape: 0, primitive },
-        };
+        let item =
+            |(primitive, triangle): (u32, &[Vec3; 3])| Item::new(Bounds::of(*triangle), Hit { shape: 0, primitive });
         let mut items: Vec<Item> = (0..).zip(&triangles).map(item).collect();
         let nodes = build(&mut items, 4, Some(&|id: Hit| triangles[id.primitive as usize]));
         let leaves = nodes.iter().filter_map(|node| match node.kind {
             Kind::Leaf { first, count } => Some(first as usize..(first + count) as usize),
             Kind::Inner { .. } => None,
         });
-        let parts: Vec<u32> = leaves.flatten().map(|i| items[i].id.primitive).collect();
+        let parts: Vec<u32> = leaves.flatten().map(|i| items[i].id().primitive).collect();
         let spare = triangles.len() / SPARE;
         assert!(parts.len() > triangles.len() && parts.len() <= triangles.len() + spare, "{}", parts.len());
         assert_eq!(parts.into_iter().collect::<BTreeSet<u32>>().len(), triangles.len());

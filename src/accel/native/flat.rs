@@ -232,7 +232,7 @@ impl FlatList {
         if items.len() > FLAT_LIMIT {
             return None;
         }
-        let bounds = items.iter().map(|item| item.bounds).reduce(|a, b| a.union(b))?;
+        let bounds = items.iter().map(|item| item.bounds()).reduce(|a, b| a.union(b))?;
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         let rows = Rows::new(items, shapes, reach, (bounds.max - bounds.min).max_element())?;
         Some(Self { rows, reach, level: Level::new() })

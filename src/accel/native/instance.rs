@@ -39,7 +39,7 @@ impl Instances {
                 groups.len() - 1
             });
             let bounds = placed.placement.bounds_to_scene(placed.group.bounds());
-            instances.push(Item { bounds, id: Hit { shape: table.len() as u32, primitive: 0 } });
+            instances.push(Item::new(bounds, Hit { shape: table.len() as u32, primitive: 0 }));
             table.push(Instance { first: index, placement: placed.placement.clone(), group: groups[group].clone() });
         }
         Tree::build(instances, &table[..]).map(|tree| Self { tree, groups })
@@ -86,6 +86,8 @@ impl Instance {
 impl Block for Instance {
     type Source = [Self];
     type Ray = PlainRay;
+    type Nearest = Nearest;
+    type Blocks = Vec<Self>;
 
     const SIZE: usize = 1;
 
@@ -94,15 +96,21 @@ impl Block for Instance {
     }
 
     fn new(items: &[Item], instances: &[Self]) -> Self {
-        instances[items[0].id.shape as usize].clone()
+        instances[items[0].id().shape as usize].clone()
     }
 
-    fn closest(&self, ray: &PlainRay, nearest: &mut Nearest, stack: &mut Stack) {
-        self.group.improve(&self.local(ray), nearest, stack);
+    fn limit(nearest: &Nearest) -> f32 {
+        nearest.t
     }
 
-    fn any(&self, ray: &PlainRay, stack: &mut Stack) -> bool {
-        self.group.meets(&self.local(ray), stack)
+    fn closest(blocks: &[Self], index: u32, ray: &PlainRay, nearest: &mut Nearest, stack: &mut Stack) {
+        let instance = &blocks[index as usize];
+        instance.group.improve(&instance.local(ray), nearest, stack);
+    }
+
+    fn any(blocks: &[Self], index: u32, ray: &PlainRay, stack: &mut Stack) -> bool {
+        let instance = &blocks[index as usize];
+        instance.group.meets(&instance.local(ray), stack)
     }
 }
 
@@ -190,6 +198,8 @@ impl GroupTriangles {
 impl Block for GroupTriangles {
     type Source = [Shape];
     type Ray = GroupRay;
+    type Nearest = Nearest;
+    type Blocks = Vec<Self>;
 
     const SIZE: usize = BLOCK_SIZE;
 
@@ -198,17 +208,21 @@ impl Block for GroupTriangles {
     }
 
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
-        let ids = std::array::from_fn(|i| lane(items, i).id);
+        let ids = std::array::from_fn(|i| lane(items, i).id());
         let vertices = ids.map(|id| block::triangle(shapes, id));
         Self { vertices, ids, count: items.len() }
     }
 
-    fn closest(&self, ray: &GroupRay, nearest: &mut Nearest, _: &mut Stack) {
-        self.hits(ray).for_each(|(t, id)| nearest.offer(t, id));
+    fn limit(nearest: &Nearest) -> f32 {
+        nearest.t
     }
 
-    fn any(&self, ray: &GroupRay, _: &mut Stack) -> bool {
-        self.hits(ray).next().is_some()
+    fn closest(blocks: &[Self], index: u32, ray: &GroupRay, nearest: &mut Nearest, _: &mut Stack) {
+        blocks[index as usize].hits(ray).for_each(|(t, id)| nearest.offer(t, id));
+    }
+
+    fn any(blocks: &[Self], index: u32, ray: &GroupRay, _: &mut Stack) -> bool {
+        blocks[index as usize].hits(ray).next().is_some()
     }
 }
 
@@ -219,6 +233,8 @@ struct GroupQuadric(Shape, Hit);
 impl Block for GroupQuadric {
     type Source = [Shape];
     type Ray = GroupRay;
+    type Nearest = Nearest;
+    type Blocks = Vec<Self>;
 
     const SIZE: usize = 1;
 
@@ -227,16 +243,20 @@ impl Block for GroupQuadric {
     }
 
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
-        Self(shapes[items[0].id.shape as usize].clone(), items[0].id)
+        Self(shapes[items[0].id().shape as usize].clone(), items[0].id())
     }
 
-    fn closest(&self, ray: &GroupRay, nearest: &mut Nearest, _: &mut Stack) {
-        if let Some(t) = self.0.intersect_in_group(0, &ray.line) {
-            nearest.offer(t, ray.in_scene(self.1));
+    fn limit(nearest: &Nearest) -> f32 {
+        nearest.t
+    }
+
+    fn closest(blocks: &[Self], index: u32, ray: &GroupRay, nearest: &mut Nearest, _: &mut Stack) {
+        if let Some(t) = blocks[index as usize].0.intersect_in_group(0, &ray.line) {
+            nearest.offer(t, ray.in_scene(blocks[index as usize].1));
         }
     }
 
-    fn any(&self, ray: &GroupRay, _: &mut Stack) -> bool {
-        self.0.intersect_in_group(0, &ray.line).is_some()
+    fn any(blocks: &[Self], index: u32, ray: &GroupRay, _: &mut Stack) -> bool {
+        blocks[index as usize].0.intersect_in_group(0, &ray.line).is_some()
     }
 }

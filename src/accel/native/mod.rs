@@ -10,17 +10,21 @@ mod build;
 mod collapse;
 mod flat;
 mod instance;
+#[cfg(target_arch = "x86_64")]
+mod interleaved;
+mod pages;
 mod spatial;
+mod triangles;
 mod wide;
 
 use super::{Hit, Start};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
-use crate::shape::triangle::WatertightRay;
-use block::{QuadricBlock, TriangleBlock};
+use block::QuadricBlock;
 use build::Item;
 use flat::FlatList;
 use instance::Instances;
+use triangles::TriangleBlock;
 #[cfg(feature = "embree")]
 pub(crate) use wide::Stack as TraversalStack;
 use wide::{Stack, Tree};
@@ -62,15 +66,6 @@ impl Triangles {
     }
 }
 
-/// A ray as the blocks of primitives want it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PreparedRay {
-    ray: Ray,
-    watertight: WatertightRay,
-    /// The triangles it starts and ends on.
-    ends: [Hit; 2],
-}
-
 /// The nearest hit so far; at first none, at the end of the ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
@@ -103,7 +98,6 @@ impl Native {
     }
 
     /// How many triangles its hierarchy over them would have.
-    #[cfg(feature = "embree")]
     pub(crate) fn triangles(shapes: &[Shape]) -> usize {
         shapes.iter().filter(|s| is_mesh(s)).map(Shape::primitive_count).sum()
     }
@@ -132,9 +126,13 @@ impl Native {
     /// The closest hit of each ray; see [`super::Accel::closest_hits_from`].
     pub(crate) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         let from = start.primitives();
+        let with_distances = self.quadrics.is_some() || self.instances.is_some();
+        if let (Some(Triangles::Tree(tree)), false) = (&self.triangles, with_distances) {
+            tree.closest_hits(rays, from, |i, best| hits[i] = tree.hit(best));
+            return;
+        }
         // A list needs none.
         let mut stack = None;
-        let with_distances = self.quadrics.is_some() || self.instances.is_some();
         let mut nearest = [Nearest { t: 0.0, hit: Hit::NONE }; CHUNK];
         for ((chunk, rays), hits) in rays.chunks(CHUNK).enumerate().zip(hits.chunks_mut(CHUNK)) {
             let nearest = &mut nearest[..rays.len()];
@@ -142,8 +140,7 @@ impl Native {
             match &self.triangles {
                 Some(Triangles::Flat(list)) => list.closest_hits(rays, from, nearest, with_distances),
                 Some(Triangles::Tree(tree)) => {
-                    nothing(rays, nearest);
-                    tree.improve_all(rays, from, nearest, stack.get_or_insert_with(Stack::new));
+                    tree.closest_hits(rays, from, |i, best| nearest[i] = tree.nearest(&rays[i], best));
                 }
                 None => nothing(rays, nearest),
             }
@@ -171,7 +168,7 @@ impl Native {
     pub(crate) fn occluded(&self, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
         match &self.triangles {
             Some(Triangles::Flat(list)) => list.occluded(rays, ends, occluded),
-            Some(Triangles::Tree(tree)) => tree.occluded(rays, ends, occluded),
+            Some(Triangles::Tree(tree)) => tree.occluded_all(rays, ends, occluded),
             None => {}
         }
         if let Some(tree) = &self.quadrics {
@@ -204,10 +201,8 @@ fn items(shapes: &[Shape], wanted: impl Fn(&Shape) -> bool) -> Vec<Item> {
     let mut items = Vec::with_capacity(shapes.iter().filter(|s| wanted(s)).map(Shape::primitive_count).sum());
     for (index, shape) in (0u32..).zip(shapes).filter(|(_, shape)| wanted(shape)) {
         items.extend(
-            (0..shape.primitive_count() as u32).map(|primitive| Item {
-                bounds: shape.primitive_bounds(primitive),
-                id: Hit { shape: index, primitive },
-            }),
+            (0..shape.primitive_count() as u32)
+                .map(|primitive| Item::new(shape.primitive_bounds(primitive), Hit { shape: index, primitive })),
         );
     }
     items

@@ -13,11 +13,11 @@
 //! size of a and b in the coordinate, the differences, the quotient, the product and the sum of f32 numbers are off by
 //! less than 10·u·m in all, and [`CROSSING_ERROR`] takes four times that, before it is rounded outwards.
 
-use super::build::{BINS, Item, PARALLEL_BINNING, half_area};
+use super::build::{BINS, Box4, Item, PARALLEL_BINNING, blocks};
 use crate::accel::Hit;
 use crate::math::bounds::Bounds;
 use crate::math::float::{round_down, round_up};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Bound on the error of a coordinate of a crossing, as a fraction of the larger one of the edge's ends: see the head.
@@ -33,37 +33,34 @@ pub(super) struct SpatialSplit {
     position: f32,
     sides: [Side; 2],
     /// As that of an object split.
-    pub(super) cost: f64,
+    pub(super) cost: f32,
+    unit: f32,
 }
 
 #[derive(Clone, Copy)]
 struct Side {
-    bounds: Bounds,
+    bounds: Box4,
     count: usize,
 }
 
 impl Side {
-    const EMPTY: Self = Self { bounds: Bounds::EMPTY, count: 0 };
+    const EMPTY: Self = Self { bounds: Box4::EMPTY, count: 0 };
 
-    fn with(self, bounds: Bounds, count: usize) -> Self {
+    fn with(self, bounds: Box4, count: usize) -> Self {
         Self { bounds: self.bounds.union(bounds), count: self.count + count }
-    }
-
-    fn area(&self) -> f64 {
-        half_area(self.bounds)
     }
 }
 
 /// What begins and what ends in a slab, and a box around all parts in it.
 #[derive(Clone, Copy)]
 struct Bin {
-    bounds: Bounds,
+    bounds: Box4,
     begins: usize,
     ends: usize,
 }
 
 impl Bin {
-    const EMPTY: Self = Self { bounds: Bounds::EMPTY, begins: 0, ends: 0 };
+    const EMPTY: Self = Self { bounds: Box4::EMPTY, begins: 0, ends: 0 };
 
     fn union(self, other: Self) -> Self {
         let bounds = self.bounds.union(other.bounds);
@@ -75,21 +72,23 @@ type Bins = [[Bin; BINS]; 3];
 
 /// Slabs of equal thickness across a box.
 struct Slabs {
-    origin: Vec3,
-    extent: Vec3,
-    scale: Vec3,
+    origin: Vec4,
+    extent: Vec4,
+    scale: Vec4,
 }
 
 impl Slabs {
     fn new(bounds: Bounds) -> Self {
-        let extent = bounds.extent();
-        Self { origin: bounds.min, extent, scale: Vec3::splat(BINS as f32) / extent }
+        let Box4 { min, max } = Box4::of(bounds);
+        let extent = max - min;
+        Self { origin: min, extent, scale: Vec4::splat(BINS as f32) / extent }
     }
 
-    /// The slab of a coordinate; 0 throughout where the box is flat.
-    fn slab(&self, axis: usize, x: f32) -> usize {
+    /// The slabs of the coordinates of a point; 0 throughout where the box is flat.
+    fn slabs(&self, p: Vec4) -> [usize; 4] {
         // A float-to-integer cast saturates and takes NaN (of 0 · ∞) to 0.
-        (((x - self.origin[axis]) * self.scale[axis]) as usize).min(BINS - 1)
+        let [x, y, z, _] = ((p - self.origin) * self.scale).to_array();
+        [(x as usize).min(BINS - 1), (y as usize).min(BINS - 1), (z as usize).min(BINS - 1), 0]
     }
 
     /// The plane before a slab.
@@ -100,17 +99,22 @@ impl Slabs {
     fn fill(&self, items: &[Item], corners: &Corners<'_>) -> Bins {
         let mut bins = [[Bin::EMPTY; BINS]; 3];
         for item in items {
+            let whole = item.box4();
+            let (firsts, lasts) = (self.slabs(whole.min), self.slabs(whole.max));
             let mut triangle = None;
-            for (axis, bins) in bins.iter_mut().enumerate() {
-                let first = self.slab(axis, item.bounds.min[axis]);
-                let last = self.slab(axis, item.bounds.max[axis]);
+            for axis in 0..3 {
+                let (first, last) = (firsts[axis], lasts[axis]);
+                let bins = &mut bins[axis];
                 bins[first].begins += 1;
                 bins[last].ends += 1;
-                let mut rest = item.bounds;
-                for (slab, bin) in (first + 1..=last).zip(&mut bins[first..last]) {
-                    let triangle = triangle.get_or_insert_with(|| corners(item.id));
-                    let [part, behind] = cut(rest, triangle, axis, self.plane(axis, slab), rough_crossing);
-                    bin.bounds = bin.bounds.union(part);
+                let mut rest = whole;
+                for slab in first + 1..=last {
+                    let triangle = match &triangle {
+                        Some(triangle) => triangle,
+                        None => triangle.insert(as_vectors(corners(item.id()))),
+                    };
+                    let [part, behind] = rough_cut(rest, triangle, axis, self.plane(axis, slab));
+                    bins[slab - 1].bounds = bins[slab - 1].bounds.union(part);
                     rest = behind;
                 }
                 bins[last].bounds = bins[last].bounds.union(rest);
@@ -120,16 +124,40 @@ impl Slabs {
     }
 }
 
-/// The boxes of the two parts of what `bounds` holds of a triangle, below and above a plane across an axis; empty where
-/// there is none. They are as good as `crossing`.
+fn as_vectors([a, b, c]: [Vec3; 3]) -> [Vec4; 3] {
+    [a.extend(0.0), b.extend(0.0), c.extend(0.0)]
+}
+
+/// [`cut`] without care for rounding: good enough to compare costs.
 #[inline]
-fn cut(
-    bounds: Bounds,
-    triangle: &[Vec3; 3],
-    axis: usize,
-    position: f32,
-    crossing: impl Fn(Vec3, Vec3, usize, f32) -> Bounds,
-) -> [Bounds; 2] {
+fn rough_cut(bounds: Box4, triangle: &[Vec4; 3], axis: usize, position: f32) -> [Box4; 2] {
+    let at = |p: Vec4| p.to_array()[axis];
+    let (mut below, mut above) = (Box4::EMPTY, Box4::EMPTY);
+    for i in 0..3 {
+        let (a, b) = (triangle[i], triangle[if i == 2 { 0 } else { i + 1 }]);
+        let (x, y) = (at(a), at(b));
+        if x <= position {
+            below = below.with(a);
+        }
+        if x >= position {
+            above = above.with(a);
+        }
+        if (x < position) != (y < position) {
+            let p = a + (b - a) * ((position - x) / (y - x));
+            below = below.with(p);
+            above = above.with(p);
+        }
+    }
+    let inside = |part: Box4| {
+        let part = part.intersection(bounds);
+        if part.is_empty() { Box4::EMPTY } else { part }
+    };
+    [inside(below), inside(above)]
+}
+
+/// The boxes of the two parts of what `bounds` holds of a triangle, below and above a plane across an axis; empty where
+/// there is none.
+fn cut(bounds: Bounds, triangle: &[Vec3; 3], axis: usize, position: f32) -> [Bounds; 2] {
     let [mut below, mut above] = [Bounds::EMPTY; 2];
     for (i, &a) in triangle.iter().enumerate() {
         if a[axis] <= position {
@@ -148,13 +176,6 @@ fn cut(
     [below, above]
         .map(|part| Bounds { min: part.min.max(bounds.min), max: part.max.min(bounds.max) })
         .map(|part| if part.is_empty() { Bounds::EMPTY } else { part })
-}
-
-/// [`crossing`] without care for rounding: good enough to compare costs.
-#[inline]
-fn rough_crossing(a: Vec3, b: Vec3, axis: usize, position: f32) -> Bounds {
-    let p = a + (b - a) * ((position - a[axis]) / (b[axis] - a[axis]));
-    Bounds { min: p, max: p }
 }
 
 /// A box around the point where an edge crosses a plane.
@@ -177,7 +198,8 @@ pub(super) fn best(
     items: &[Item],
     bounds: Bounds,
     corners: &Corners<'_>,
-    blocks: impl Fn(usize) -> usize,
+    leaf_size: usize,
+    unit: f32,
 ) -> Option<SpatialSplit> {
     let slabs = Slabs::new(bounds);
     let bins = if items.len() <= PARALLEL_BINNING {
@@ -198,12 +220,14 @@ pub(super) fn best(
         for i in 1..BINS {
             below = below.with(bins[i - 1].bounds, bins[i - 1].begins);
             let sides = [below, above[i]];
-            if sides.iter().any(|side| side.count == 0 || side.count >= items.len() || side.bounds.is_empty()) {
+            let divides = |side: &Side| side.count > 0 && side.count < items.len() && !side.bounds.is_empty();
+            if !divides(&sides[0]) || !divides(&sides[1]) {
                 continue;
             }
-            let cost = sides.iter().map(|side| side.area() * blocks(side.count) as f64).sum();
+            let of_side = |side: &Side| side.bounds.half_area(unit) * blocks(side.count, leaf_size);
+            let cost = of_side(&sides[0]) + of_side(&sides[1]);
             if best.is_none_or(|best| cost < best.cost) {
-                best = Some(SpatialSplit { axis, position: slabs.plane(axis, i), sides, cost });
+                best = Some(SpatialSplit { axis, position: slabs.plane(axis, i), sides, cost, unit });
             }
         }
     }
@@ -217,17 +241,18 @@ impl SpatialSplit {
         let (mut lower, mut upper, mut end) = (0, count, count);
         while lower < upper {
             let item = items[lower];
-            let mut is_lower = item.bounds.max[self.axis] <= self.position;
-            if !is_lower && item.bounds.min[self.axis] < self.position {
-                let [below, above] = cut(item.bounds, &corners(item.id), self.axis, self.position, crossing);
+            let bounds = item.bounds();
+            let mut is_lower = bounds.max[self.axis] <= self.position;
+            if !is_lower && bounds.min[self.axis] < self.position {
+                let [below, above] = cut(bounds, &corners(item.id()), self.axis, self.position);
                 if above.is_empty() || below.is_empty() {
                     is_lower = above.is_empty();
                 } else {
-                    let whole_in = self.whole_in(item.bounds);
+                    let whole_in = self.whole_in(item.box4());
                     if end < items.len() && whole_in.is_none() {
-                        items[end] = Item { bounds: above, ..item };
+                        items[end] = item.with_bounds(above);
                         end += 1;
-                        items[lower].bounds = below;
+                        items[lower] = item.with_bounds(below);
                         lower += 1;
                         continue;
                     }
@@ -245,13 +270,14 @@ impl SpatialSplit {
     }
 
     /// Whether it is cheaper to keep what has these bounds whole, and then whether below the plane.
-    fn whole_in(&self, bounds: Bounds) -> Option<bool> {
+    fn whole_in(&self, bounds: Box4) -> Option<bool> {
         let [below, above] = &self.sides;
-        let (a, b) = (below.area(), above.area());
-        let (n, m) = (below.count as f64, above.count as f64);
+        let area = |bounds: Box4| bounds.half_area(self.unit);
+        let (a, b) = (area(below.bounds), area(above.bounds));
+        let (n, m) = (below.count as f32, above.count as f32);
         let cut = a * n + b * m;
-        let all_below = half_area(below.bounds.union(bounds)) * n + b * (m - 1.0);
-        let all_above = a * (n - 1.0) + half_area(above.bounds.union(bounds)) * m;
+        let all_below = area(below.bounds.union(bounds)) * n + b * (m - 1.0);
+        let all_above = a * (n - 1.0) + area(above.bounds.union(bounds)) * m;
         if cut <= all_below && cut <= all_above { None } else { Some(all_below <= all_above) }
     }
 }
@@ -275,7 +301,7 @@ mod tests {
             for cuts in 0..20 {
                 let axis = cuts % 3;
                 let position = whole.min[axis] + unit() * whole.extent()[axis];
-                let parts = cut(whole, &triangle, axis, position, crossing);
+                let parts = cut(whole, &triangle, axis, position);
                 for _ in 0..50 {
                     let (s, t) = (f64::from(unit()), f64::from(unit()));
                     let [a, b, c] = triangle.map(Vec3::as_dvec3);

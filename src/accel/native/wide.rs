@@ -42,16 +42,18 @@
 //! the binary tree that it comes from. Where the leaves hold trees themselves ([`super::instance`]), one of these stands
 //! above the other on the stack: it has [`STACK_SIZE`] entries.
 
-use super::Nearest;
 use super::block::{Block, BlockRay, SceneRay};
 use super::build::{self, BinaryNode, Item, Kind, MAX_DEPTH};
 use super::collapse::Plans;
+use super::pages::Pages;
 use crate::accel::Hit;
 use crate::math::bounds::Bounds;
 use crate::math::float::{UNIT_ROUNDOFF, max};
 use crate::math::ray::Ray;
+use bytemuck::{Pod, Zeroable};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Children of a node.
@@ -73,19 +75,20 @@ const LEVELS: usize = 2;
 const STACK_SIZE: usize = LEVELS * ((WIDTH - 1) * MAX_DEPTH + 1);
 
 /// Marks a child reference as one to a block.
-const BLOCK: u32 = 1 << 31;
+pub(super) const BLOCK: u32 = 1 << 31;
 
 /// The low bits of an entry distance that make room for a lane number.
 const LANE_BITS: u32 = WIDTH as u32 - 1;
 
 /// Eight boxes and what is in them.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-struct Node {
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(super) struct Node {
     /// The lower bounds of all lanes along x, y and z, and from [`UPPER`] the upper ones; (∞, −∞) where there is no child.
     bounds: [f32; 2 * UPPER],
     /// Index of a node, or of a block with [`BLOCK`] set.
-    children: [u32; WIDTH],
+    pub(super) children: [u32; WIDTH],
+    unused: [u32; WIDTH],
 }
 
 /// Where the upper bounds of a node begin.
@@ -99,7 +102,7 @@ impl Node {
             bounds[upper] = f32::NEG_INFINITY;
             upper += 1;
         }
-        Self { bounds, children: [0; WIDTH] }
+        Self { bounds, children: [0; WIDTH], unused: [0; WIDTH] }
     };
 
     fn set(&mut self, lane: usize, bounds: Bounds, child: u32) {
@@ -117,7 +120,83 @@ impl Node {
     }
 }
 
-/// What the slab test reads of a ray, in all lanes.
+/// What the slab test reads of a ray; of vectors of four, the last number means nothing.
+#[derive(Clone, Copy)]
+pub(super) struct Slab {
+    /// Where a node has the planes by which the ray enters, and those by which it leaves.
+    pub(super) planes: Planes,
+    /// −o^±·i, for the plane of entry and that of exit.
+    pub(super) entry_start: Vec4,
+    pub(super) exit_start: Vec4,
+    /// 1/d'.
+    pub(super) inverse: Vec4,
+    pub(super) tmin: f32,
+}
+
+/// Places of planes in a node, for each axis.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+pub(super) struct Planes {
+    pub(super) near: [u32; 3],
+    pub(super) far: [u32; 3],
+}
+
+/// The planes for all signs of a direction: a bit for each axis along which it is negative.
+static PLANES: [Planes; 8] = {
+    let mut all = [Planes { near: [0; 3], far: [0; 3] }; 8];
+    let mut signs = 0;
+    while signs < all.len() {
+        let mut axis = 0;
+        while axis < 3 {
+            let (lower, upper) = ((axis * WIDTH) as u32, (UPPER + axis * WIDTH) as u32);
+            let backward = signs >> axis & 1 == 1;
+            all[signs].near[axis] = if backward { upper } else { lower };
+            all[signs].far[axis] = if backward { lower } else { upper };
+            axis += 1;
+        }
+        signs += 1;
+    }
+    all
+};
+
+impl Slab {
+    /// None, to be overwritten.
+    pub(super) const EMPTY: Self = Self {
+        planes: PLANES_FORWARD,
+        entry_start: Vec4::ZERO,
+        exit_start: Vec4::ZERO,
+        inverse: Vec4::ZERO,
+        tmin: 0.0,
+    };
+
+    /// Prepares `ray` for a tree whose largest coordinate is `reach`.
+    #[inline(always)]
+    pub(super) fn new(ray: &Ray, reach: f32) -> Self {
+        let reach = ray.o.abs().max_element() + reach;
+        let padding = PADDING_ROUNDINGS * UNIT_ROUNDOFF * reach;
+        let least = ray.d.abs().max_element() * LEAST_COMPONENT;
+        let (o, d) = (ray.o.extend(0.0), ray.d.extend(1.0));
+        let size = 1.0 / d.abs().max(Vec4::splat(least));
+        let farthest = reach * size;
+        // Chosen, not branched to: of a ray nothing is known before.
+        let is_tame = farthest.cmpgt(Vec4::splat(1.0 / TAME)) & farthest.cmplt(Vec4::splat(TAME));
+        let inverse = Vec4::select(is_tame, size, Vec4::splat(f32::MIN_POSITIVE)).copysign(d);
+        let widening = Vec4::splat(padding).copysign(d);
+        Self {
+            planes: PLANES[d.is_negative_bitmask() as usize & 7],
+            entry_start: Vec4::select(is_tame, -((o + widening) * inverse), Vec4::splat(-f32::MAX)),
+            exit_start: Vec4::select(is_tame, -((o - widening) * inverse), Vec4::splat(f32::MAX)),
+            inverse,
+            // A negative start (or −0) would not sort by its bits.
+            tmin: max(ray.tmin, 0.0),
+        }
+    }
+}
+
+/// Those of a direction of positive components.
+const PLANES_FORWARD: Planes = Planes { near: [0; 3], far: [0; 3] };
+
+/// A [`Slab`] in all lanes.
 struct SlabRay<S: Simd> {
     /// Where a node has the planes by which the ray enters, and those by which it leaves.
     near: [usize; 3],
@@ -131,41 +210,18 @@ struct SlabRay<S: Simd> {
 }
 
 impl<S: Simd> SlabRay<S> {
-    /// Prepares `ray` for a tree whose largest coordinate is `reach`.
     #[inline(always)]
-    fn new(simd: S, ray: &Ray, reach: f32) -> Self {
-        let reach = ray.o.abs().max_element() + reach;
-        let padding = PADDING_ROUNDINGS * UNIT_ROUNDOFF * reach;
-        let least = ray.d.abs().max_element() * LEAST_COMPONENT;
-        let zero = f32x8::splat(simd, 0.0);
-        let mut slab = Self {
-            near: [0; 3],
-            far: [0; 3],
-            entry_start: [zero; 3],
-            exit_start: [zero; 3],
-            inverse: [zero; 3],
-            // A negative start (or −0) would not sort by its bits.
-            tmin: f32x8::splat(simd, max(ray.tmin, 0.0)),
-        };
-        for axis in 0..3 {
-            let (o, d) = (ray.o[axis], ray.d[axis]);
-            let size = 1.0 / max(d.abs(), least);
-            let forward = d.is_sign_positive();
-            let widening = if forward { padding } else { -padding };
-            let farthest = reach * size;
-            let (entry, exit, inverse) = if farthest > 1.0 / TAME && farthest < TAME {
-                let inverse = size.copysign(d);
-                (-((o + widening) * inverse), -((o - widening) * inverse), inverse)
-            } else {
-                (-f32::MAX, f32::MAX, f32::MIN_POSITIVE.copysign(d))
-            };
-            let (lower, upper) = (axis * WIDTH, UPPER + axis * WIDTH);
-            (slab.near[axis], slab.far[axis]) = if forward { (lower, upper) } else { (upper, lower) };
-            slab.entry_start[axis] = f32x8::splat(simd, entry);
-            slab.exit_start[axis] = f32x8::splat(simd, exit);
-            slab.inverse[axis] = f32x8::splat(simd, inverse);
+    fn new(simd: S, slab: &Slab) -> Self {
+        let all = |v: Vec4| [f32x8::splat(simd, v.x), f32x8::splat(simd, v.y), f32x8::splat(simd, v.z)];
+        let Planes { near: [nx, ny, nz], far: [fx, fy, fz] } = slab.planes;
+        Self {
+            near: [nx as usize, ny as usize, nz as usize],
+            far: [fx as usize, fy as usize, fz as usize],
+            entry_start: all(slab.entry_start),
+            exit_start: all(slab.exit_start),
+            inverse: all(slab.inverse),
+            tmin: f32x8::splat(simd, slab.tmin),
         }
-        slab
     }
 
     /// The children that the ray meets before `tmax`, one bit a lane, and the distances of entry of all.
@@ -216,12 +272,14 @@ impl Stack {
 
 /// A hierarchy over blocks of one kind of primitive.
 #[derive(Debug)]
-pub(super) struct Tree<B> {
-    nodes: Vec<Node>,
-    blocks: Vec<B>,
+pub(super) struct Tree<B: Block> {
+    nodes: Pages<Node>,
+    blocks: B::Blocks,
     /// Reference to the root, in the form of [`Node::children`].
     root: u32,
     reach: f32,
+    /// The most nodes on a path from the root.
+    depth: usize,
     level: Level,
 }
 
@@ -234,42 +292,71 @@ impl<B: Block> Tree<B> {
         let corners = B::corners(source);
         let binary = build::build(&mut items, B::SIZE, corners.as_deref());
         let mut layout = Layout { binary: &binary, plans: Plans::new(&binary), nodes: Vec::new(), leaves: Vec::new() };
-        let root = layout.add(0);
-        let Layout { mut nodes, leaves, .. } = layout;
-        nodes.shrink_to_fit();
-        let blocks = leaves.into_par_iter().with_min_len(1024).map(|leaf| B::new(&items[leaf], source)).collect();
+        let (root, depth) = layout.add(0);
+        let Layout { nodes, leaves, .. } = layout;
+        let blocks: Vec<B> =
+            leaves.into_par_iter().with_min_len(1024).map(|leaf| B::new(&items[leaf], source)).collect();
         let Bounds { min, max } = binary[0].bounds;
-        Some(Self { nodes, blocks, root, reach: min.abs().max(max.abs()).max_element(), level: Level::new() })
+        Some(Self {
+            nodes: nodes.into(),
+            blocks: blocks.into(),
+            root,
+            reach: min.abs().max(max.abs()).max_element(),
+            depth,
+            level: Level::new(),
+        })
+    }
+
+    /// The same tree, walked by another instruction set.
+    #[cfg(test)]
+    pub(super) fn at_level(self, level: Level) -> Self {
+        Self { level, ..self }
+    }
+
+    /// The processor's instruction set.
+    pub(super) fn level(&self) -> Level {
+        self.level
+    }
+
+    /// Its nodes, the reference to the root, the largest coordinate, and the most nodes on a path.
+    pub(super) fn parts(&self) -> (&[Node], u32, f32, usize) {
+        (&self.nodes, self.root, self.reach, self.depth)
+    }
+
+    /// Its leaves.
+    pub(super) fn blocks(&self) -> &[B] {
+        &self.blocks
     }
 
     /// Bytes held.
     pub(super) fn memory_bytes(&self) -> u64 {
-        (self.nodes.capacity() * size_of::<Node>() + self.blocks.capacity() * size_of::<B>()) as u64
+        (self.nodes.memory_bytes() + size_of_val::<[B]>(&self.blocks)) as u64
     }
 
     /// Offers every hit that can be the nearest.
-    pub(super) fn improve(&self, ray: &B::Ray, nearest: &mut Nearest, stack: &mut Stack) {
+    pub(super) fn improve(&self, ray: &B::Ray, nearest: &mut B::Nearest, stack: &mut Stack) {
         dispatch!(self.level, simd => self.closest(simd, ray, nearest, stack));
     }
 
     #[inline(always)]
-    fn closest<S: Simd>(&self, simd: S, ray: &B::Ray, nearest: &mut Nearest, stack: &mut Stack) {
-        let slab = SlabRay::new(simd, ray.line(), self.reach);
+    fn closest<S: Simd>(&self, simd: S, ray: &B::Ray, nearest: &mut B::Nearest, stack: &mut Stack) {
+        let (nodes, blocks): (&[Node], &[B]) = (&self.nodes, &self.blocks);
+        let slab = SlabRay::new(simd, &Slab::new(ray.line(), self.reach));
         let base = stack.len;
         stack.push(0.0, self.root);
         while let Some((entry, mut child)) = stack.pop(base) {
-            if entry > nearest.t {
+            if entry > B::limit(nearest) {
                 continue;
             }
             while child & BLOCK == 0 {
-                let node = &self.nodes[child as usize];
-                match descend(node, slab.meets(simd, node, nearest.t), stack) {
+                let node = &nodes[child as usize];
+                match descend(node, slab.meets(simd, node, B::limit(nearest)), stack) {
                     Some(next) => child = next,
                     None => break,
                 }
             }
             if child & BLOCK != 0 {
-                self.blocks[(child & !BLOCK) as usize].closest(ray, nearest, stack);
+                B::closest(blocks, child & !BLOCK, ray, nearest, stack);
             }
         }
     }
@@ -282,18 +369,19 @@ impl<B: Block> Tree<B> {
     /// Whether anything is hit.
     #[inline(always)]
     fn any<S: Simd>(&self, simd: S, ray: &B::Ray, stack: &mut Stack) -> bool {
-        let slab = SlabRay::new(simd, ray.line(), self.reach);
+        let (nodes, blocks): (&[Node], &[B]) = (&self.nodes, &self.blocks);
+        let slab = SlabRay::new(simd, &Slab::new(ray.line(), self.reach));
         let base = stack.len;
         stack.push(0.0, self.root);
         while let Some((_, mut child)) = stack.pop(base) {
             while child & BLOCK == 0 {
-                let node = &self.nodes[child as usize];
-                match descend(node, slab.meets(simd, node, ray.line().tmax), stack) {
+                let node = &nodes[child as usize];
+                match descend_any(node, slab.meets(simd, node, ray.line().tmax).0, stack) {
                     Some(next) => child = next,
                     None => break,
                 }
             }
-            if child & BLOCK != 0 && self.blocks[(child & !BLOCK) as usize].any(ray, stack) {
+            if child & BLOCK != 0 && B::any(blocks, child & !BLOCK, ray, stack) {
                 stack.len = base;
                 return true;
             }
@@ -304,15 +392,15 @@ impl<B: Block> Tree<B> {
 
 impl<B: Block<Ray: SceneRay>> Tree<B> {
     /// Offers to `nearest` the hits of each ray that can be the nearest.
-    pub(super) fn improve_all(&self, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
+    pub(super) fn improve_all(&self, rays: &[Ray], from: &[Hit], nearest: &mut [B::Nearest], stack: &mut Stack) {
         dispatch!(self.level, simd => self.closest_all(simd, rays, from, nearest, stack));
     }
 
     #[inline(always)]
-    fn closest_all<S: Simd>(&self, simd: S, rays: &[Ray], from: &[Hit], nearest: &mut [Nearest], stack: &mut Stack) {
-        for (i, (ray, nearest)) in rays.iter().zip(nearest).enumerate() {
-            let from = from.get(i).copied().unwrap_or(Hit::NONE);
-            self.closest(simd, &B::Ray::new(ray, [from, Hit::NONE]), nearest, stack);
+    fn closest_all<S: Simd>(&self, simd: S, rays: &[Ray], from: &[Hit], nearest: &mut [B::Nearest], stack: &mut Stack) {
+        for i in 0..rays.len().min(nearest.len()) {
+            let from = if i < from.len() { from[i] } else { Hit::NONE };
+            self.closest(simd, &B::Ray::new(&rays[i], [from, Hit::NONE]), &mut nearest[i], stack);
         }
     }
 
@@ -324,9 +412,9 @@ impl<B: Block<Ray: SceneRay>> Tree<B> {
     #[inline(always)]
     fn any_all<S: Simd>(&self, simd: S, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
         let mut stack = Stack::new();
-        for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
-            let ends = ends.get(i).copied().unwrap_or([Hit::NONE; 2]);
-            *occluded = *occluded || self.any(simd, &B::Ray::new(ray, ends), &mut stack);
+        for i in 0..rays.len().min(occluded.len()) {
+            let ends = if i < ends.len() { ends[i] } else { [Hit::NONE; 2] };
+            occluded[i] = occluded[i] || self.any(simd, &B::Ray::new(&rays[i], ends), &mut stack);
         }
     }
 }
@@ -349,6 +437,22 @@ fn descend(node: &Node, (met, entry): (u32, [f32; WIDTH]), stack: &mut Stack) ->
         return Some(node.children[near]);
     }
     Some(descend_sorted(node, met, &entry, stack))
+}
+
+/// Returns the first child that is met and leaves the others on the stack.
+#[inline(always)]
+fn descend_any(node: &Node, mut met: u32, stack: &mut Stack) -> Option<u32> {
+    if met == 0 {
+        return None;
+    }
+    loop {
+        let child = node.children[(met.trailing_zeros() & LANE_BITS) as usize];
+        met &= met - 1;
+        if met == 0 {
+            return Some(child);
+        }
+        stack.push(0.0, child);
+    }
 }
 
 /// [`descend`] for three children and more.
@@ -400,20 +504,27 @@ struct Layout<'a> {
 }
 
 impl Layout<'_> {
-    /// Adds the subtree of a binary node and returns the reference to it.
-    fn add(&mut self, index: usize) -> u32 {
+    /// Adds the subtree of a binary node and returns the reference to it, and the most nodes on a path in it.
+    fn add(&mut self, index: usize) -> (u32, usize) {
         if let Kind::Leaf { first, count } = self.binary[index].kind {
             self.leaves.push(first as usize..(first + count) as usize);
-            return (self.leaves.len() as u32 - 1) | BLOCK;
+            return ((self.leaves.len() as u32 - 1) | BLOCK, 0);
         }
         let mut children = Vec::with_capacity(WIDTH);
         self.plans.children(self.binary, index, &mut children);
+        // A shadow ray takes what it meets in this order: leaves first, and large ones before small ones. Against any other
+        // order that was tried, it visits fewest nodes.
+        let is_inner = |&child: &usize| matches!(self.binary[child].kind, Kind::Inner { .. });
+        let area = |&child: &usize| self.binary[child].area();
+        children.sort_by(|a, b| is_inner(a).cmp(&is_inner(b)).then(area(b).total_cmp(&area(a))));
         let place = self.nodes.len();
         self.nodes.push(Node::EMPTY);
+        let mut depth = 0;
         for (lane, &child) in children.iter().enumerate() {
-            let reference = self.add(child);
+            let (reference, below) = self.add(child);
+            depth = depth.max(below);
             self.nodes[place].set(lane, self.binary[child].bounds, reference);
         }
-        place as u32
+        (place as u32, depth + 1)
     }
 }

@@ -167,7 +167,7 @@ impl Triangle {
 impl Rows {
     /// Of all `items`, whose largest coordinate is `reach` and whose box is `size` long; `None` if one is too thin.
     pub(super) fn new(items: &[Item], shapes: &[Shape], reach: f32, size: f32) -> Option<Self> {
-        let mut left: Vec<_> = items.iter().map(|item| Triangle::new(shapes, item.id)).collect();
+        let mut left: Vec<_> = items.iter().map(|item| Triangle::new(shapes, item.id())).collect();
         let (mut pairs, mut singles) = (Vec::new(), Vec::new());
         while !left.is_empty() {
             let first = left.remove(0);
@@ -192,7 +192,7 @@ impl Rows {
 
     /// Fills `first` and `row_of`.
     fn number(&mut self, items: &[Item], shapes: usize) {
-        let count = |shape: usize| items.iter().filter(|item| item.id.shape as usize == shape).count() as u32;
+        let count = |shape: usize| items.iter().filter(|item| item.id().shape as usize == shape).count() as u32;
         self.first = (0..shapes)
             .scan(0, |next, shape| {
                 let (first, triangles) = (*next, count(shape));
