@@ -8,86 +8,21 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+mod recorded;
 
 use common::{compiled, file_settings, project, rendered};
 use cpu_time::ProcessTime;
+use recorded::{Batch, Kind, record};
 use snell::accel::{Accel, Accelerator, Hit, Start};
-use snell::film::SampleId;
-use snell::integrator::record::{Event, Record};
 use snell::integrator::{Estimator, PathReuse};
 use snell::loader::LoadOptions;
-use snell::math::ray::Ray;
 use snell::scene::Scene;
-use std::collections::BTreeMap;
 
 /// Paths that are walked, at least: some hundred waves.
 const PATHS: u32 = 100_000;
 
 /// Times that both are measured, in turn.
 const ROUNDS: usize = 5;
-
-/// What kind of ray a batch is of.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    Camera,
-    Bounce,
-    Shadow,
-}
-
-/// Rays that are asked together.
-struct Batch {
-    kind: Kind,
-    vertex: u32,
-    rays: Vec<Ray>,
-    /// What each starts on.
-    from: Vec<Hit>,
-    /// What each meets; of a shadow ray something or nothing.
-    hits: Vec<Hit>,
-}
-
-/// Collects batches: paths are told of wave by wave, vertex by vertex.
-#[derive(Default)]
-struct Recorder {
-    batches: Vec<Batch>,
-    id: Option<SampleId>,
-    /// What each path of the wave has met last.
-    last: BTreeMap<SampleId, Hit>,
-}
-
-impl Recorder {
-    fn push(&mut self, kind: Kind, vertex: u32, ray: Ray, from: Hit, hit: Hit) {
-        let fits = |batch: &Batch| batch.kind == kind && batch.vertex == vertex;
-        if !self.batches.last().is_some_and(fits) {
-            self.batches.push(Batch { kind, vertex, rays: vec![], from: vec![], hits: vec![] });
-        }
-        let batch = self.batches.last_mut().unwrap();
-        batch.rays.push(ray);
-        batch.from.push(from);
-        batch.hits.push(hit);
-    }
-}
-
-impl Record for Recorder {
-    fn at(&mut self, id: impl FnOnce() -> SampleId) {
-        self.id = Some(id());
-    }
-
-    fn event(&mut self, event: Event) {
-        let Some(id) = self.id else { return };
-        match event {
-            Event::Traced { vertex, ray, hit } => {
-                let from = self.last.insert(id, hit).filter(|_| vertex > 1).unwrap_or(Hit::NONE);
-                self.push(if vertex > 1 { Kind::Bounce } else { Kind::Camera }, vertex, ray, from, hit);
-            }
-            Event::Shadow { ray, occluded, .. } => {
-                let met = if occluded { Hit { shape: 0, primitive: 0 } } else { Hit::NONE };
-                self.push(Kind::Shadow, 0, ray, self.last[&id], met);
-            }
-            Event::Finished { .. } => drop(self.last.remove(&id)),
-            _ => {}
-        }
-    }
-}
 
 /// CPU seconds that the batches take, for each kind of ray; and how many answers differ from the recorded ones.
 fn replay(accel: &Accel, batches: &[Batch]) -> ([f64; 3], usize) {
@@ -122,10 +57,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 fn measure(name: &str, scene: &Scene, settings: &snell::render::RenderSettings, rounds: usize) {
-    let area = scene.film.filter.sampled_area(scene.film.crop, scene.film.sample_border);
-    let mut recorder = Recorder::default();
-    settings.integrator.record(scene, &settings.sampler, area, 0..settings.samples, &mut recorder);
-    let batches = recorder.batches;
+    let batches = record(scene, settings);
     let (mut whole, mut parts) = (Vec::new(), Vec::new());
     for _ in 0..rounds {
         let start = ProcessTime::now();
