@@ -84,7 +84,7 @@ fn write(report: &Report, [page, json, csv]: [Reserved; 3]) -> Result<()> {
 
 /// Scenes whose turn comes late are read now, so that a fault in them shows before hours have passed.
 fn check_later_scenes(jobs: &[Vec<RenderArgs>], pool: &ThreadPool) -> Result<()> {
-    jobs.iter().skip(1).try_for_each(|job| prepare::prepare(&job[0].scene, false, pool).map(drop))
+    jobs.iter().skip(1).try_for_each(|job| prepare::prepare(&job[0].scene, false, None, pool).map(drop))
 }
 
 fn machine(pool: &ThreadPool) -> Machine {
@@ -204,7 +204,8 @@ impl Bench<'_> {
                 which.push(which[same]);
                 continue;
             }
-            let (prepared, took) = timed(|| prepare::prepare(&args.scene, false, self.stage.pool));
+            // One scene for all numbers of samples, so that only what is varied differs.
+            let (prepared, took) = timed(|| prepare::prepare(&args.scene, false, Some(u32::MAX), self.stage.pool));
             let prepared = prepared?;
             if i == 0 {
                 prepared.warnings.iter().for_each(|warning| self.say(format_args!("warning: {warning}")));

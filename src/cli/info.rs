@@ -21,7 +21,7 @@ const MAX_LISTED: usize = 16;
 /// Reads and compiles the scene, and prints what it found.
 pub(super) fn run(args: &SceneArgs) -> Result<()> {
     let pool = prepare::pool(args.threads)?;
-    let p = prepare::prepare(args, false, &pool)?;
+    let p = prepare::prepare(args, false, None, &pool)?;
     let (scene, f) = (&p.scene, p.scene.features);
     let camera = &p.description.cameras[args.camera];
     let crop = scene.film.crop;

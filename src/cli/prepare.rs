@@ -33,15 +33,16 @@ pub(super) fn pool(threads: u32) -> Result<ThreadPool> {
     )
 }
 
-/// Reads and compiles the scene, with the texture coordinates of all shapes if `uvs` are wanted.
-pub(super) fn prepare(args: &SceneArgs, uvs: bool, pool: &ThreadPool) -> Result<Prepared> {
+/// Reads and compiles the scene, with the texture coordinates of all shapes if `uvs` are wanted, for so many samples a pixel
+/// if it is not as many as the file says.
+pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &ThreadPool) -> Result<Prepared> {
     let start = Instant::now();
     let sky = args.env.clone().map(|file| Sky { file, degrees: f64::from(args.env_rotate.unwrap_or(0.0)) });
     let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs, sky };
     let mut description = pool.install(|| loader::load(&args.scene, &options))?;
     adjust_film(&mut description, args)?;
-    let options =
-        CompileOptions { accelerator: args.accel.into(), threads: pool.current_num_threads(), camera: args.camera };
+    let threads = pool.current_num_threads();
+    let options = CompileOptions { accelerator: args.accel.into(), threads, camera: args.camera, samples };
     let compiled = pool.install(|| compile(&description, &options))?;
     let mut warnings = description.warnings.clone();
     warnings.extend(compiled.warnings);

@@ -210,7 +210,9 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
 }
 
 pub fn compiled(scene: &SceneDescription, accelerator: Accelerator) -> Scene {
-    compile(scene, &CompileOptions { accelerator, threads: 2, camera: 0 }).expect("the scene compiles").scene
+    compile(scene, &CompileOptions { accelerator, threads: 2, camera: 0, samples: None })
+        .expect("the scene compiles")
+        .scene
 }
 
 /// What to render, with the defaults of a file.
