@@ -18,14 +18,14 @@ use super::record::{Event, Record};
 use super::technique::Technique;
 use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
-use crate::light::{End, Receiver};
+use crate::light::{End, Light, LightSample, Receiver, TOGETHER};
 use crate::material::{Layer, Scatter};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::sampler::{Batch, LightUniforms, SamplerKind};
 use crate::scene::Surface;
 use crate::spectrum::Rgb;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::time::Instant;
 
 /// Most light samples of a first vertex. Reason: with more, what is in the way is all that is left to be noise.
@@ -138,11 +138,25 @@ impl Walker<'_> {
             || {
                 let n = receiving_normal(surface);
                 let lights = self.scene.light_sampler.at(|| Receiver { p: surface.p().as_vec3(), n });
-                for u in (index * count..(index + 1) * count).map(|i| numbers.light(i)) {
-                    if let Some(chosen) = lights.sample(|| u.choice())
-                        && let Some(candidate) = self.candidate::<T>(from.0, (surface, n), chosen, count as f32, u)
-                    {
-                        candidates.push(candidate);
+                let uniforms = (index * count..(index + 1) * count).map(|i| numbers.light(i));
+                if let [Light::Environment(light)] = &self.scene.lights[..] {
+                    let mut uniforms = uniforms;
+                    let mut left = count;
+                    while left > 0 {
+                        let (mut points, mut samples) = ([Vec2::ZERO; TOGETHER], [None; TOGETHER]);
+                        let some = left.min(TOGETHER);
+                        points.iter_mut().zip(uniforms.by_ref()).for_each(|(point, u)| *point = u.point());
+                        light.sample_all(&points[..some], T::COMBINES, &mut samples);
+                        for sample in samples[..some].iter().flatten() {
+                            candidates.extend(self.weigh::<T>(from.0, surface, sample, count as f32));
+                        }
+                        left -= some;
+                    }
+                    return;
+                }
+                for u in uniforms {
+                    if let Some(chosen) = lights.sample(|| u.choice()) {
+                        candidates.extend(self.candidate::<T>(from.0, (surface, n), chosen, count as f32, u));
                     }
                 }
             },
@@ -182,12 +196,24 @@ impl Walker<'_> {
         u: LightUniforms,
     ) -> Option<Candidate> {
         let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), n, u.point(), T::COMBINES)?;
+        self.weigh::<T>(path, surface, &sample, pmf * samples)
+    }
+
+    /// A light sample with what it adds if nothing hides it; `pmf` is the number of samples times the probability of choosing
+    /// the light.
+    #[inline(always)]
+    fn weigh<T: Technique>(
+        &self,
+        path: &PathState,
+        surface: &Surface<'_>,
+        sample: &LightSample,
+        pmf: f32,
+    ) -> Option<Candidate> {
         let wo = surface.frame.to_local(surface.wo);
         let (f, bsdf_pdf) = surface.bsdf.eval_pdf(wo, surface.frame.to_local(sample.wi));
         if f.is_black() {
             return None;
         }
-        let pmf = pmf * samples;
         let (weight, pdf) = match sample.pdf {
             Some(pdf) => (T::sampled_weight(pdf * pmf, bsdf_pdf), (pdf * pmf).0),
             // No bsdf finds a light without size.

@@ -69,6 +69,29 @@ struct Map {
     density: f32,
 }
 
+/// Numbers that are looked for together: as many as light samples at the first hit.
+pub const TOGETHER: usize = 4;
+
+/// The nodes around a cell, and the uniform numbers that pick a point between them.
+#[derive(Clone, Copy, Debug)]
+struct Corners {
+    /// Of the row nearer to a pole, and of the next.
+    near: [Vec4; 2],
+    far: [Vec4; 2],
+    column: u32,
+    /// Rows from that pole, and whether it is the lower one.
+    step: u32,
+    below: bool,
+    u: f32,
+    v: f32,
+}
+
+impl Corners {
+    /// To be overwritten.
+    const NONE: Self =
+        Self { near: [Vec4::ZERO; 2], far: [Vec4::ZERO; 2], column: 0, step: 0, below: false, u: 0.0, v: 0.0 };
+}
+
 /// Where between four nodes a direction is.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -128,7 +151,30 @@ impl EnvironmentLight {
     #[inline(never)]
     pub(super) fn sample(&self, u: Vec2, combined: bool) -> Option<LightSample> {
         let map = self.map(combined);
-        let ([column, row], rest) = map.cells.sample(u);
+        self.sample_in(map, self.nodes_around(map, map.cells.sample(u)))
+    }
+
+    /// [`Self::sample`] for each of at most [`TOGETHER`] numbers. All cells are found before anything is computed: a search waits for memory at
+    /// every step, and those for several numbers can wait together.
+    #[inline(always)]
+    pub fn sample_all(&self, u: &[Vec2], combined: bool, samples: &mut [Option<LightSample>; TOGETHER]) {
+        let map = self.map(combined);
+        let mut rows = [(0, 0.0); TOGETHER];
+        let mut corners = [Corners::NONE; TOGETHER];
+        for (row, u) in rows.iter_mut().zip(u) {
+            *row = map.cells.row(u.y);
+        }
+        for i in 0..u.len().min(TOGETHER) {
+            corners[i] = self.nodes_around(map, map.cells.in_row(rows[i], u[i].x));
+        }
+        for i in 0..u.len().min(TOGETHER) {
+            samples[i] = self.sample_in(map, corners[i]);
+        }
+    }
+
+    /// What a cell that was found lies between, and where in it.
+    #[inline(always)]
+    fn nodes_around(&self, map: &Map, ([column, row], rest): ([u32; 2], Vec2)) -> Corners {
         // From the pole that is nearer, where the digits of a polar angle count.
         let last = self.size[1] - 1;
         let below = 2 * row + 1 > last;
@@ -137,9 +183,16 @@ impl EnvironmentLight {
         let (near, far) = (self.nodes(map, column, rows[0]), self.nodes(map, column, rows[1]));
         // Rows are counted downwards.
         let v = if below { min(1.0 - rest.y, ONE_MINUS_EPSILON) } else { rest.y };
+        Corners { near, far, column, step, below, u: rest.x, v }
+    }
+
+    /// A sample between four nodes.
+    #[inline(always)]
+    fn sample_in(&self, map: &Map, corners: Corners) -> Option<LightSample> {
+        let Corners { near, far, column, step, below, u, v } = corners;
         let y = unit_to_linear(v, near[0].w + near[1].w, far[0].w + far[1].w);
-        let x = unit_to_linear(rest.x, between(y, near[0].w, far[0].w), between(y, near[1].w, far[1].w));
-        let (sine, cos) = sin_cos_turns((step as f32 + y) / (2 * last) as f32);
+        let x = unit_to_linear(u, between(y, near[0].w, far[0].w), between(y, near[1].w, far[1].w));
+        let (sine, cos) = sin_cos_turns((step as f32 + y) / (2 * (self.size[1] - 1)) as f32);
         let (sin_phi, cos_phi) = sin_cos_turns((column as f32 + x + 0.5) / self.size[0] as f32);
         let local = Vec3::new(sin_phi * sine, if below { -cos } else { cos }, -cos_phi * sine);
         let wi = (self.to_world * local.as_dvec3()).as_vec3();

@@ -24,7 +24,7 @@ mod weights;
 pub use area::AreaLight;
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
-pub use environment::EnvironmentLight;
+pub use environment::{EnvironmentLight, TOGETHER};
 pub use point::PointLight;
 pub use projector::ProjectorLight;
 pub use reach::{Beam, Reach, Receiver};

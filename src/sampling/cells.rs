@@ -62,11 +62,22 @@ impl Cells {
 
     /// Column and row of a cell for a uniform point of the unit square, and the point stretched to a new uniform one within
     /// that cell. Never a cell of weight zero.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: Vec2) -> ([u32; 2], Vec2) {
-        let (row, v) = self.rows.find(u.y);
+        self.in_row(self.row(u.y), u.x)
+    }
+
+    /// The first half of [`Self::sample`]: a row, and the number stretched to one within it.
+    #[inline(always)]
+    pub fn row(&self, u: f32) -> (usize, f32) {
+        self.rows.find(u)
+    }
+
+    /// The second half: a cell of the row.
+    #[inline(always)]
+    pub fn in_row(&self, (row, v): (usize, f32), u: f32) -> ([u32; 2], Vec2) {
         let cells = &self.cells[row];
-        let (cell, w) = cells.find(u.x);
+        let (cell, w) = cells.find(u);
         ([cells.index[cell], self.rows.index[row]], Vec2::new(w, v))
     }
 }
@@ -98,7 +109,7 @@ impl Line {
     }
 
     /// The interval that `u` in [0, 1) lies in, and where in it.
-    #[inline]
+    #[inline(always)]
     fn find(&self, u: f32) -> (usize, f32) {
         let step = (f64::from(u) * f64::from(self.guide.len() as u32)) as u32;
         let mut next = self.guide[step as usize] as usize;
