@@ -125,8 +125,8 @@ impl Meetings {
         !(a.cmpgt(Vec4::ZERO) & b.cmpgt(Vec4::ZERO) & c.cmpgt(Vec4::ZERO)).bitmask() & 0b1111
     }
 
-    /// For each candidate that is not [on the rim](Self::on_rim) what its distance is not below, and not above, in units of
-    /// the direction; NaN or infinite where nothing can be said. See the head.
+    /// For each candidate what its distance is not below, and not above, in units of the direction, if the ray meets it (which
+    /// is certain unless it is [on the rim](Self::on_rim)); NaN or infinite where nothing can be said. See the head.
     #[inline(always)]
     pub fn distances(&self, ray: &ShearedRay) -> [Vec4; 2] {
         let [e0, e1, e2] = self.edges;
@@ -476,5 +476,40 @@ mod tests {
         assert_eq!(WatertightRay::new(&ray).intersect(a, b, c), None);
         let ray = Ray { tmax: 2.0f32.next_up(), ..ray };
         assert_eq!(WatertightRay::new(&ray).intersect(a, b, c), Some(2.0));
+    }
+
+    /// 400,000 triangles near the origin, of sizes from 10⁻⁶ to 1 and down to a millionth as high as long, each with a ray at a
+    /// point of it from a millionth to a thousand away, with a direction of any length: the distance in f64 is never outside
+    /// of its bounds in f32, and they are finite for nearly all.
+    #[test]
+    fn distances_lie_within_their_bounds() {
+        let mut state = 3u64;
+        let mut unit = || {
+            state = state.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        let (mut bounded, mut crossed) = (0, 0);
+        for _ in 0..400_000 {
+            let mut point = || 2.0 * Vec3::new(unit(), unit(), unit()) - 1.0;
+            let (a, e, f, from, aside) = (point(), point(), point(), point(), point());
+            let mut power = |least: f32, most: f32| 10f32.powf(least + (most - least) * unit());
+            let (size, height, distance, length) =
+                (power(-6.0, 0.0), power(-6.0, 0.0), power(-6.0, 3.0), power(-6.0, 6.0));
+            let b = a + size * e;
+            let c = a + size * (0.5 * e + height * f);
+            let target = a + (b - a) * (0.1 + 0.4 * unit()) + (c - a) * (0.1 + 0.4 * unit());
+            let ray = Ray::new(target + distance * from + 1e-3 * size * aside, -length * from);
+            let watertight = WatertightRay::new(&ray);
+            let meetings = watertight.sheared.meet4(&[a, b, c].map(|v| v.to_array().map(Vec4::splat)));
+            if meetings.candidates == 0 || meetings.on_rim() != 0 {
+                continue;
+            }
+            let [low, high] = meetings.distances(&watertight.sheared).map(|bound| f64::from(bound.x));
+            let t = resolve(&ray, a, b, c).t;
+            crossed += 1;
+            bounded += u32::from(low.is_finite() && high.is_finite());
+            assert!(!(t < low || t > high), "{low} {t} {high}: {:?} {ray:?}", [a, b, c]);
+        }
+        assert!(crossed > 100_000 && bounded > crossed / 10 * 9, "{bounded} of {crossed}");
     }
 }

@@ -24,7 +24,8 @@ use fearless_simd::x86::Avx2;
 use std::arch::x86_64::*;
 use std::cell::RefCell;
 
-/// Rays under way. With 8 a pass is too short to hide the memory's answers, and 32 need much of the first-level cache.
+/// Rays under way: enough to hide the answers of a slow memory, few enough for their slots to stay in the first-level cache. Between 8
+/// and 16 there is no difference where trees fit into the last-level cache.
 const SLOTS: usize = 16;
 
 /// What stands at the bottom of a stack: no tree has so many nodes.
@@ -79,6 +80,7 @@ struct Slot {
     index: usize,
     best: Best,
     ray: TriangleRay,
+    /// What the passes over leaves hand on.
     meetings: Meetings,
     lanes: Lanes,
     /// Where the ray enters what is on the stack; not kept for a ray that asks for any hit.
@@ -182,7 +184,7 @@ pub(super) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Asks memory for the three lines of a block, or three of the four of a node.
+    /// Asks memory for the four lines of a node, or the three of a block and the next.
     #[inline(always)]
     fn fetch(&self, child: u32) {
         let place = if child & BLOCK == 0 {
