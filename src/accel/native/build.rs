@@ -182,7 +182,7 @@ pub(super) fn build(items: &mut Vec<Item>, leaf_size: usize, corners: Option<&Co
     let mut nodes = vec![unused; 2 * items.len() - 1];
     let whole = Extent::of(&items[..count]);
     let size = (whole.bounds.max - whole.bounds.min).truncate().max_element();
-    // A power of two would do; of a point, nothing depends on it.
+    // All areas of a point are 0, whatever the unit.
     let unit = if size > 0.0 { 1.0 / size } else { 1.0 };
     let least_overlap = LEAST_OVERLAP_OF_WHOLE * whole.bounds.half_area(unit);
     let builder = Builder { leaf_size, corners, least_overlap, unit };

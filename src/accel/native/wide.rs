@@ -162,7 +162,7 @@ static PLANES: [Planes; 8] = {
 impl Slab {
     /// None, to be overwritten.
     pub(super) const EMPTY: Self = Self {
-        planes: PLANES_FORWARD,
+        planes: Planes { near: [0; 3], far: [0; 3] },
         entry_start: Vec4::ZERO,
         exit_start: Vec4::ZERO,
         inverse: Vec4::ZERO,
@@ -192,9 +192,6 @@ impl Slab {
         }
     }
 }
-
-/// Those of a direction of positive components.
-const PLANES_FORWARD: Planes = Planes { near: [0; 3], far: [0; 3] };
 
 /// A [`Slab`] in all lanes.
 struct SlabRay<S: Simd> {
