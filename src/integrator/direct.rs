@@ -146,7 +146,7 @@ impl Walker<'_> {
                         let (mut points, mut samples) = ([Vec2::ZERO; TOGETHER], [None; TOGETHER]);
                         let some = left.min(TOGETHER);
                         points.iter_mut().zip(uniforms.by_ref()).for_each(|(point, u)| *point = u.point());
-                        light.sample_all(&points[..some], T::COMBINES, &mut samples);
+                        light.sample_all(n, &points[..some], T::COMBINES, &mut samples);
                         for sample in samples[..some].iter().flatten() {
                             candidates.extend(self.weigh::<T>(from.0, surface, sample, count as f32));
                         }

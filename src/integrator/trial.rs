@@ -44,7 +44,7 @@ const LEAST_GAIN_OF_BLOCKS: f64 = 0.7;
 
 /// What light samples must gain: what they cost is known better, and the numbers of a render, which are spread more evenly than
 /// the trial's, make more of them.
-const LEAST_GAIN_OF_LIGHT_SAMPLES: f64 = 1.0;
+const LEAST_GAIN_OF_LIGHT_SAMPLES: f64 = 1.1;
 
 /// Light samples of the first vertex that are tried.
 const TRIED_LIGHT_SAMPLES: u32 = 4;

@@ -395,10 +395,12 @@ impl Walker<'_> {
         if path.depth == 1 && self.limits.hides_sky() {
             return;
         }
+        // What no light could have been sampled for is not weighed against it.
+        let n = if let Segment::Smooth { n, .. } = path.segment { n } else { Vec3::ZERO };
         for index in self.scene.infinite_lights.iter().map(|i| *i as usize) {
             let (radiance, pdf) = match &self.scene.lights[index] {
-                Light::Constant(light) => (light.radiance, light.pdf()),
-                Light::Environment(light) => light.seen(&{ path.ray.d }, T::COMBINES),
+                Light::Constant(light) => (light.radiance, light.pdf(path.ray.d, n, T::COMBINES)),
+                Light::Environment(light) => light.seen(&{ path.ray.d }, n, T::COMBINES),
                 _ => continue,
             };
             if !radiance.is_black() {

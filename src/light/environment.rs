@@ -16,15 +16,14 @@
 //! over the sphere is subtracted (section 6.1), and what is below it is not sampled at all: right only in combination.
 
 use super::LightSample;
+use super::blocks::{Block, Blocks, Cell};
 use crate::image::Picture;
 use crate::math::float::{ONE_MINUS_EPSILON, min};
-use crate::sampling::cells::Cells;
 use crate::sampling::pdf::SolidAnglePdf;
-use crate::sampling::warp::{sin_cos_turns, unit_to_linear};
+use crate::sampling::warp::{sin_cos_turns, turns, unit_to_linear};
 use crate::shape::Hit;
 use crate::spectrum::Rgb;
 use glam::{DMat3, Vec2, Vec3, Vec4};
-use std::f32::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};
 
 /// Least part of the mean luminance that the darkest pixel must be below it for MIS compensation: otherwise what is left of a
@@ -64,7 +63,7 @@ struct Map {
     /// the luminance, as far as it counts, over the mean, times sin θ.
     nodes: Vec<Vec4>,
     /// The cells between nodes, row by row.
-    cells: Cells,
+    blocks: Blocks,
     /// Factor from a weight over sin θ at a point to a density in sr⁻¹.
     density: f32,
 }
@@ -84,12 +83,13 @@ struct Corners {
     below: bool,
     u: f32,
     v: f32,
+    factor: f32,
 }
 
 impl Corners {
     /// To be overwritten.
     const NONE: Self =
-        Self { near: [Vec4::ZERO; 2], far: [Vec4::ZERO; 2], column: 0, step: 0, below: false, u: 0.0, v: 0.0 };
+        Self { near: [Vec4::ZERO; 2], far: [Vec4::ZERO; 2], column: 0, step: 0, below: false, u: 0.0, v: 0.0, factor: 0.0 };
 }
 
 /// Where between four nodes a direction is.
@@ -126,7 +126,7 @@ impl EnvironmentLight {
         }
         let mean = sum / weights;
         let size = [map.width(), map.height()];
-        let of = |offset: f64| Map::new(map.pixels(), size, mean, offset);
+        let of = |offset: f64| Map::new(map.pixels(), size, mean, offset, to_world);
         let contrasts = compensated && mean - least > COMPENSATED_CONTRAST * mean;
         let compensated = if contrasts { of(mean) } else { None };
         let alone = compensated.is_some().then(Box::default);
@@ -149,23 +149,24 @@ impl EnvironmentLight {
 
     /// `combined`: what this misses is found by bsdf sampling.
     #[inline(never)]
-    pub(super) fn sample(&self, u: Vec2, combined: bool) -> Option<LightSample> {
+    pub(super) fn sample(&self, n: Vec3, u: Vec2, combined: bool) -> Option<LightSample> {
         let map = self.map(combined);
-        self.sample_in(map, self.nodes_around(map, map.cells.sample(u)))
+        let cell = map.blocks.pick_in(&map.blocks.pick(n, u));
+        self.sample_in(map, self.nodes_around(map, &cell))
     }
 
     /// [`Self::sample`] for each of at most [`TOGETHER`] numbers. All cells are found before anything is computed: a search waits for memory at
     /// every step, and those for several numbers can wait together.
     #[inline(always)]
-    pub fn sample_all(&self, u: &[Vec2], combined: bool, samples: &mut [Option<LightSample>; TOGETHER]) {
+    pub fn sample_all(&self, n: Vec3, u: &[Vec2], combined: bool, samples: &mut [Option<LightSample>; TOGETHER]) {
         let map = self.map(combined);
-        let mut rows = [(0, 0.0); TOGETHER];
+        let mut blocks = [Block::default(); TOGETHER];
         let mut corners = [Corners::NONE; TOGETHER];
-        for (row, u) in rows.iter_mut().zip(u) {
-            *row = map.cells.row(u.y);
+        for (block, u) in blocks.iter_mut().zip(u) {
+            *block = map.blocks.pick(n, *u);
         }
         for i in 0..u.len().min(TOGETHER) {
-            corners[i] = self.nodes_around(map, map.cells.in_row(rows[i], u[i].x));
+            corners[i] = self.nodes_around(map, &map.blocks.pick_in(&blocks[i]));
         }
         for i in 0..u.len().min(TOGETHER) {
             samples[i] = self.sample_in(map, corners[i]);
@@ -174,7 +175,8 @@ impl EnvironmentLight {
 
     /// What a cell that was found lies between, and where in it.
     #[inline(always)]
-    fn nodes_around(&self, map: &Map, ([column, row], rest): ([u32; 2], Vec2)) -> Corners {
+    fn nodes_around(&self, map: &Map, cell: &Cell) -> Corners {
+        let Cell { place: [column, row], u: rest, factor } = *cell;
         // From the pole that is nearer, where the digits of a polar angle count.
         let last = self.size[1] - 1;
         let below = 2 * row + 1 > last;
@@ -183,13 +185,13 @@ impl EnvironmentLight {
         let (near, far) = (self.nodes(map, column, rows[0]), self.nodes(map, column, rows[1]));
         // Rows are counted downwards.
         let v = if below { min(1.0 - rest.y, ONE_MINUS_EPSILON) } else { rest.y };
-        Corners { near, far, column, step, below, u: rest.x, v }
+        Corners { near, far, column, step, below, u: rest.x, v, factor }
     }
 
     /// A sample between four nodes.
     #[inline(always)]
     fn sample_in(&self, map: &Map, corners: Corners) -> Option<LightSample> {
-        let Corners { near, far, column, step, below, u, v } = corners;
+        let Corners { near, far, column, step, below, u, v, factor } = corners;
         let y = unit_to_linear(v, near[0].w + near[1].w, far[0].w + far[1].w);
         let x = unit_to_linear(u, between(y, near[0].w, far[0].w), between(y, near[1].w, far[1].w));
         let (sine, cos) = sin_cos_turns((step as f32 + y) / (2 * (self.size[1] - 1)) as f32);
@@ -197,6 +199,7 @@ impl EnvironmentLight {
         let local = Vec3::new(sin_phi * sine, if below { -cos } else { cos }, -cos_phi * sine);
         let wi = (self.to_world * local.as_dvec3()).as_vec3();
         let (radiance, pdf) = self.at(map, (near, far), &Place { x, y, sine });
+        let pdf = pdf * factor;
         (pdf.0 > 0.0 && pdf.0.is_finite() && !radiance.is_black()).then_some(LightSample {
             wi,
             radiance,
@@ -209,22 +212,24 @@ impl EnvironmentLight {
     /// Radiance from the direction `w` of unit length, and the density with which it is sampled, in combination with bsdf
     /// sampling or not.
     #[inline(never)]
-    pub fn seen(&self, w: &Vec3, combined: bool) -> (Rgb, SolidAnglePdf) {
+    pub fn seen(&self, w: &Vec3, n: Vec3, combined: bool) -> (Rgb, SolidAnglePdf) {
         let local = (self.to_world.transpose() * w.as_dvec3()).as_vec3();
         let [width, last] = [self.size[0], self.size[1] - 1];
         let sine = Vec2::new(local.x, local.z).length();
-        let from_pole = libm::atan2f(sine, local.y.abs()) / PI * last as f32;
+        let from_pole = 2.0 * turns(local.y.abs(), sine) * last as f32;
         let step = (from_pole as u32).min(last - 1);
         let y = min(from_pole - step as f32, 1.0);
         let rows = if local.y < 0.0 { [last - step, last - step - 1] } else { [step, step + 1] };
-        let x = libm::atan2f(local.x, -local.z) / TAU * width as f32 - 0.5;
+        let x = turns(-local.z, local.x) * width as f32 - 0.5;
         let floor = x.floor();
         // φ is between −π and π, and the quotient within half a turn and half a pixel of 0.
         let turns = if floor < 0.0 { width.cast_signed() } else { 0 };
         let column = (floor as i32 + turns).cast_unsigned();
         let map = self.map(combined);
         let nodes = (self.nodes(map, column, rows[0]), self.nodes(map, column, rows[1]));
-        self.at(map, nodes, &Place { x: x - floor, y, sine })
+        let (radiance, pdf) = self.at(map, nodes, &Place { x: x - floor, y, sine });
+        let row = rows[0].min(rows[1]);
+        (radiance, pdf * map.blocks.factor(n, [column, row]))
     }
 
     #[inline]
@@ -242,7 +247,7 @@ impl EnvironmentLight {
             let rows = self.combined.nodes.chunks(stride);
             let values: Vec<Rgb> = rows.flat_map(|row| &row[..stride - 1]).map(|node| Rgb(node.truncate())).collect();
             // What has weight above its mean has some.
-            Map::new(&values, self.size, self.mean, 0.0).unwrap_or_else(|| self.combined.clone())
+            Map::new(&values, self.size, self.mean, 0.0, self.to_world).unwrap_or_else(|| self.combined.clone())
         })
     }
 
@@ -290,7 +295,7 @@ fn sines(rows: u32) -> impl Iterator<Item = f64> {
 
 impl Map {
     /// With weights by luminances over their `mean`, less `offset`. `None` where nothing is left.
-    fn new(values: &[Rgb], [width, height]: [u32; 2], mean: f64, offset: f64) -> Option<Self> {
+    fn new(values: &[Rgb], [width, height]: [u32; 2], mean: f64, offset: f64, to_world: DMat3) -> Option<Self> {
         let stride = width as usize + 1;
         let mut nodes = Vec::with_capacity(stride * height as usize);
         for (row, sine) in values.chunks(width as usize).zip(sines(height)) {
@@ -305,9 +310,15 @@ impl Map {
                 [y * stride + x, (y + 1) * stride + x].map(|i| f64::from(nodes[i].w) + f64::from(nodes[i + 1].w));
             0.25 * (corners[0] + corners[1])
         };
-        let (cells, sum) = Cells::new(width as usize, height as usize - 1, weight)?;
+        let corner = |x: usize, y: usize| {
+            let phi = std::f64::consts::TAU * (x as f64 + 0.5) / f64::from(width);
+            let theta = std::f64::consts::PI * y as f64 / f64::from(height - 1);
+            let ((s, c), (sp, cp)) = (theta.sin_cos(), phi.sin_cos());
+            to_world * glam::DVec3::new(sp * s, c, -cp * s)
+        };
+        let (blocks, sum) = Blocks::new([width as usize, height as usize - 1], weight, corner)?;
         // Cells to the radian in either direction.
         let per_radian = [f64::from(width) / std::f64::consts::TAU, f64::from(height - 1) / std::f64::consts::PI];
-        Some(Self { nodes, cells, density: (per_radian[0] * per_radian[1] / sum) as f32 })
+        Some(Self { nodes, blocks, density: (per_radian[0] * per_radian[1] / sum) as f32 })
     }
 }

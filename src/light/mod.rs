@@ -4,11 +4,13 @@
 
 mod area;
 mod beams;
+mod blocks;
 mod cap;
 mod circle;
 mod constant;
 mod directional;
 mod environment;
+
 mod point;
 mod projector;
 mod quad;
@@ -108,8 +110,8 @@ impl Light {
         match self {
             Self::Area(light) => light.sample(&shapes[light.shape as usize], p, n, u),
             Self::Varying(light) => light.sample(&shapes[light.shape() as usize], &p, u),
-            Self::Constant(light) => Some(light.sample(u)),
-            Self::Environment(light) => light.sample(u, combined),
+            Self::Constant(light) => light.sample(n, u, combined),
+            Self::Environment(light) => light.sample(n, u, combined),
             Self::Directional(light) => Some(light.sample()),
             Self::Point(light) => light.sample(&p),
             Self::Spot(light) => light.sample(&p),

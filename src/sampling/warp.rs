@@ -40,6 +40,29 @@ pub fn sin_cos_turns(x: f32) -> (f32, f32) {
     (f32::from_bits(s.to_bits() ^ sign), f32::from_bits(c.to_bits() ^ sign))
 }
 
+/// The angle of the point (x, y) in turns, between −½ and ½: the inverse of [`sin_cos_turns`], where (x, y) is (cos, sin). Within
+/// 2⁻²⁴ of itself, and at the origin 0. The polynomial, on |t| ≤ tan π/8, is that of Cephes (Moshier 1989, *Methods and Programs for
+/// Mathematical Functions*, `atanf`).
+#[inline(always)]
+pub fn turns(x: f32, y: f32) -> f32 {
+    const ATAN: [f32; 4] = [-0.333_329_5, 0.199_777_1, -0.138_776_85, 8.053_744_5e-2];
+    /// tan π/8.
+    const OCTANT: f32 = 0.414_213_56;
+    let (ax, ay) = (x.abs(), y.abs());
+    let steep = ay > ax;
+    let (near, far) = if steep { (ax, ay) } else { (ay, ax) };
+    // Of what is beyond half of the octant, the rest to its end: tan(a − π/4) = (tan a − 1)/(tan a + 1).
+    let beyond = near > OCTANT * far;
+    let (above, below) = if beyond { (near - far, near + far) } else { (near, far) };
+    let t = if below > 0.0 { above / below } else { 0.0 };
+    let z = t * t;
+    let angle = t + t * z * (ATAN[0] + z * (ATAN[1] + z * (ATAN[2] + z * ATAN[3])));
+    let octant = angle * (0.5 * FRAC_1_PI) + if beyond { 0.125 } else { 0.0 };
+    let quarter = if steep { 0.25 - octant } else { octant };
+    let half = if x < 0.0 { 0.5 - quarter } else { quarter };
+    half.copysign(y)
+}
+
 /// Uniform on the unit disk; concentric squares become concentric circles (Shirley and Chiu 1997, *A Low Distortion Map
 /// Between Disk and Square*).
 #[inline(always)]
@@ -197,6 +220,22 @@ pub fn unit_to_linear(u: f32, a: f32, b: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn turns_are_those_of_f64() {
+        let mut worst = 0.0f64;
+        for i in 0..200_000 {
+            let angle = f64::from(i) * 1e-4 - 10.0;
+            for size in [1e-30, 1.0, 3e20] {
+                let (x, y) = ((size * libm::cos(angle)) as f32, (size * libm::sin(angle)) as f32);
+                let exact = libm::atan2(f64::from(y), f64::from(x)) / std::f64::consts::TAU;
+                worst = worst.max((f64::from(turns(x, y)) - exact).abs());
+            }
+        }
+        assert!(worst < f64::from(UNIT_ROUNDOFF), "{worst}");
+        assert_eq!([turns(0.0, 0.0), turns(1.0, 0.0), turns(0.0, 1.0), turns(-1.0, -0.0)], [0.0, 0.0, 0.25, -0.5]);
+    }
+
     use crate::math::float::UNIT_ROUNDOFF;
 
     fn grid() -> impl Iterator<Item = Vec2> {
