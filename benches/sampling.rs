@@ -6,16 +6,18 @@ mod common;
 
 use common::{compiled, load};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DMat3, DVec3, Vec2, Vec3};
 use snell::accel::Accelerator;
-use snell::light::Light;
+use snell::image::Picture;
+use snell::light::{EnvironmentLight, Light};
 use snell::sampler::{Batch, Sampler, SamplerKind};
-use snell::sampling::cells::Cells;
 use snell::sampling::warp;
 use snell::scene::Scene;
 use snell::shape::Shape;
+use snell::spectrum::Rgb;
 use std::f64::consts::PI;
 use std::hint::black_box;
+use std::sync::Arc;
 
 /// Calls in one measured round.
 const CALLS: u32 = 1 << 12;
@@ -103,7 +105,7 @@ fn lights(c: &mut Criterion) {
         let p = DVec3::new(0.1, -0.2, 0.05);
         if let Some(solid_angle) = solid_angle(&scene, light, p) {
             let densities = points.iter().map(|&u| {
-                light.sample(&scene.shapes, p, N, u, true).and_then(|s| s.pdf).map_or(0.0, |pdf| pdf.0.recip())
+                light.sample(&scene.shapes, p, N, u, false).and_then(|s| s.pdf).map_or(0.0, |pdf| pdf.0.recip())
             });
             check_mean(name, densities, solid_angle);
         }
@@ -115,10 +117,10 @@ fn lights(c: &mut Criterion) {
     group.finish();
 }
 
-/// What `p` sees of a light, in sr, where that is known in closed form: the mean of one over the density.
+/// What `p` sees above it of a light, in sr, where that is known in closed form: the mean of one over the density.
 fn solid_angle(scene: &Scene, light: &Light, p: DVec3) -> Option<f64> {
     let Light::Area(area) = light else {
-        return matches!(light, Light::Constant(_)).then_some(4.0 * PI);
+        return matches!(light, Light::Constant(_)).then_some(2.0 * PI);
     };
     let Shape::Sphere(sphere) = &scene.shapes[area.shape as usize] else {
         return None;
@@ -127,24 +129,36 @@ fn solid_angle(scene: &Scene, light: &Light, p: DVec3) -> Option<f64> {
     Some(2.0 * PI * (1.0 - (1.0 - sine * sine).sqrt()))
 }
 
-/// Cells of grids as large as environment maps, which do not fit into a cache; their mean column is checked.
-fn cells(c: &mut Criterion) {
+/// Directions towards maps that do not fit into a cache, for surfaces that face anywhere and for those that scatter on both
+/// sides, of which the mean of the radiance is checked.
+fn skies(c: &mut Criterion) {
     let points = points();
-    let mut group = c.benchmark_group("cells");
+    let normals: Vec<Vec3> = points.iter().rev().map(|u| warp::square_to_uniform_sphere(*u)).collect();
+    let mut group = c.benchmark_group("skies");
     group.throughput(Throughput::Elements(points.len() as u64));
     for height in [64, 512, 2048] {
-        let width = 2 * height;
-        let weight = |x: usize, _| if x % 16 == 3 { 100.0 } else { 1.0 };
-        let (cells, sum) = Cells::new(width, height, weight).unwrap();
-        let column = |u: &Vec2| cells.sample(*u).0[0] as f32;
-        let mean = (0..width).map(|x| x as f64 * weight(x, 0)).sum::<f64>() * height as f64 / sum;
-        check_mean("cells", points.iter().map(column), mean);
-        group.bench_function(BenchmarkId::from_parameter(format!("{width}x{height}")), |b| {
-            b.iter(|| points.iter().map(|&u| cells.sample(black_box(u)).1).sum::<Vec2>());
-        });
+        let mut map = Picture::new(2 * height, height);
+        for (x, y) in (0..height).flat_map(|y| (0..2 * height).map(move |x| (x, y))) {
+            map.set(x, y, Rgb::splat(if x % 16 == 3 { 100.0 } else { 1.0 }));
+        }
+        let mean = 115.0 / 16.0;
+        let light = Light::Environment(EnvironmentLight::new(&Arc::new(map), 1.0, DMat3::IDENTITY, false).unwrap());
+        let sample = |n: Vec3, u: Vec2| {
+            let s = light.sample(&[], DVec3::ZERO, n, u, false);
+            s.map_or(0.0, |s| s.radiance.luminance() / s.pdf.map_or(1.0, |pdf| pdf.0))
+        };
+        // Of larger maps all of the variance is at the poles, and may not be seen.
+        if height == 64 {
+            check_mean("a sky", points.iter().map(|u| sample(Vec3::ZERO, *u)), 4.0 * PI * mean);
+        }
+        for (name, faces) in [("all around", 0.0), ("facing", 1.0)] {
+            group.bench_function(BenchmarkId::new(name, format!("{}x{height}", 2 * height)), |b| {
+                b.iter(|| normals.iter().zip(&points).map(|(&n, &u)| sample(black_box(n * faces), u)).sum::<f32>());
+            });
+        }
     }
     group.finish();
 }
 
-criterion_group!(benches, numbers, warps, lights, cells);
+criterion_group!(benches, numbers, warps, lights, skies);
 criterion_main!(benches);

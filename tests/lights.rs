@@ -25,7 +25,7 @@ fn lights_bring_what_mitsuba_s_do() {
         let numbers: Vec<f64> = line.split(',').map(|w| w.parse().unwrap()).collect();
         let (index, place) = (numbers[0] as usize, DVec3::from_slice(&numbers[1..]));
         let value = match &scene.lights[index] {
-            Light::Environment(map) => map.seen(&place.as_vec3(), false).0,
+            Light::Environment(map) => map.seen(&place.as_vec3(), Vec3::ZERO, false).0,
             light => {
                 let p = (place - scene.centre) * scene.unit;
                 light

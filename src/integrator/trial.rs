@@ -42,8 +42,8 @@ const LEAST_GAIN_OF_EIGHTS: f64 = 1.3;
 /// says 0.8, gains 1.8.
 const LEAST_GAIN_OF_BLOCKS: f64 = 0.7;
 
-/// What light samples must gain: what they cost is known better, and the numbers of a render, which are spread more evenly than
-/// the trial's, make more of them.
+/// What light samples must gain: for scenes under a sky of which the trial says 1.02 to 1.06 they are worth 0.7 at 16 samples of
+/// numbers that are spread evenly; for the spheres of veach-mis, of which it says 1.2, 2.1.
 const LEAST_GAIN_OF_LIGHT_SAMPLES: f64 = 1.1;
 
 /// Light samples of the first vertex that are tried.

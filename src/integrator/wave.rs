@@ -390,7 +390,7 @@ impl Walker<'_> {
     }
 
     /// Light from infinitely far away, where the segment met nothing.
-    #[inline]
+    #[inline(always)]
     fn find_sky<T: Technique>(&self, path: &mut PathState, record: &mut impl Record) {
         if path.depth == 1 && self.limits.hides_sky() {
             return;

@@ -17,7 +17,7 @@
 
 use crate::math::float::{ONE_MINUS_EPSILON, min};
 use glam::{DVec3, Vec2, Vec3};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Ends of intervals that are compared at once: rows of blocks and cells are filled up to a multiple of it.
 const LANES: usize = 8;
@@ -84,7 +84,8 @@ impl Blocks {
         weight: impl Fn(usize, usize) -> f64,
         corner: impl Fn(usize, usize) -> DVec3,
     ) -> Option<(Self, f64)> {
-        let size = [width.div_ceil(COLUMNS - 1), height.div_ceil(ROWS - 1)].map(|n| (n + 1).next_multiple_of(LANES) - 1);
+        let size =
+            [width.div_ceil(COLUMNS - 1), height.div_ceil(ROWS - 1)].map(|n| (n + 1).next_multiple_of(LANES) - 1);
         let [columns, rows] = [width.div_ceil(size[0]), height.div_ceil(size[1])];
         let (mut sums, mut cones, mut ends) = (Vec::new(), Vec::new(), Vec::new());
         for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
@@ -94,7 +95,7 @@ impl Blocks {
                 (first[1]..last[1]).map(|y| (first[0]..last[0]).map(|x| weight(x, y)).collect()).collect();
             let row_sums: Vec<f64> = cells.iter().map(|row| row.iter().sum()).collect();
             sums.push(row_sums.iter().sum::<f64>());
-            cones.push(Cone::around(&cells, first, &corner));
+            cones.push(Cone::around(&cells, first, width, &corner));
             push_ends(&row_sums, size[1] + 1, &mut ends);
             for y in 0..size[1] {
                 push_ends(cells.get(y).map_or(&[], |row| &row[..]), size[0] + 1, &mut ends);
@@ -119,7 +120,7 @@ impl Blocks {
     pub(super) fn pick(&self, n: Vec3, u: Vec2) -> Block {
         let table = &self.tables[bin(n)];
         let (row, v) = interval(&table.rows, u.y);
-        let (column, u) = interval(&table.columns[row.min(ROWS - 2)], u.x);
+        let (column, u) = interval(&table.columns[row], u.x);
         Block { row, column, u: Vec2::new(u, v), factor: self.factor_of(table, row, column) }
     }
 
@@ -224,17 +225,27 @@ struct Cone {
 }
 
 impl Cone {
-    /// Around cells, in the direction in which these weights are.
-    fn around(weights: &[Vec<f64>], first: [usize; 2], corner: &impl Fn(usize, usize) -> DVec3) -> Self {
-        let (mut sum, mut corners) = (DVec3::ZERO, Vec::new());
-        for (y, row) in (first[1]..).zip(weights) {
-            for (x, weight) in (first[0]..).zip(row) {
-                let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| corner(x + dx, y + dy));
-                sum += around.iter().sum::<DVec3>() * *weight;
-                corners.extend(around);
+    /// Around cells, in the direction in which these weights are. They lie between meridians Δφ apart and parallels, which leave
+    /// the great circle between two corners by Δφ²/16 at most: sin θ cos θ (1 − cos Δφ/2).
+    fn around(
+        weights: &[Vec<f64>],
+        [x0, y0]: [usize; 2],
+        columns: usize,
+        corner: &impl Fn(usize, usize) -> DVec3,
+    ) -> Self {
+        let mut sum = DVec3::ZERO;
+        for (y, row) in (y0..).zip(weights) {
+            for (x, weight) in (x0..).zip(row) {
+                sum += (corner(x, y) + corner(x + 1, y + 1)) * *weight;
             }
         }
-        Self::holding(sum.normalize_or_zero(), &corners)
+        // The farthest point is on the edge, or more than a right angle away.
+        let [x1, y1] = [x0 + weights.first().map_or(0, Vec::len), y0 + weights.len()];
+        let across = (x0..=x1).flat_map(|x| [corner(x, y0), corner(x, y1)]);
+        let down = (y0..=y1).flat_map(|y| [corner(x0, y), corner(x1, y)]);
+        let cone = Self::holding(sum.normalize_or_zero(), across.chain(down));
+        let step = TAU / columns as f64;
+        Self { radius: cone.radius + step * step / 16.0, ..cone }
     }
 
     /// The normals of a bin.
@@ -245,11 +256,11 @@ impl Cone {
             let folded = if z < 0.0 { [(1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y)] } else { [x, y] };
             DVec3::new(folded[0], folded[1], z).normalize()
         };
-        Self::holding(place(0.5, 0.5), &[place(0.0, 0.0), place(1.0, 0.0), place(0.0, 1.0), place(1.0, 1.0)])
+        Self::holding(place(0.5, 0.5), [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| place(x, y)))
     }
 
-    fn holding(axis: DVec3, directions: &[DVec3]) -> Self {
-        let least = directions.iter().map(|d| axis.dot(*d)).fold(1.0, f64::min);
+    fn holding(axis: DVec3, directions: impl IntoIterator<Item = DVec3>) -> Self {
+        let least = directions.into_iter().map(|d| axis.dot(d)).fold(1.0, f64::min);
         Self { axis, radius: least.max(-1.0).acos() }
     }
 

@@ -43,6 +43,10 @@ impl ConstantLight {
             return warp::square_to_uniform_sphere_pdf();
         }
         let local = Vec3::new(0.0, 0.0, n.dot(wi));
-        if combined { warp::square_to_cosine_hemisphere_pdf(local) } else { warp::square_to_uniform_hemisphere_pdf(local) }
+        if combined {
+            warp::square_to_cosine_hemisphere_pdf(local)
+        } else {
+            warp::square_to_uniform_hemisphere_pdf(local)
+        }
     }
 }

@@ -6,7 +6,8 @@
 //!
 //! Directions are sampled in proportion to the luminance of that interpolation, not only of its pixels. In the plane of φ and θ
 //! their density is bilinear, too, between luminance · sin θ at the nodes: so a cell between four nodes is picked by their mean,
-//! a point of it by two linear densities, and per solid angle it is that over sin θ. The rows at the poles, where sin θ is 0,
+//! a point of it by two linear densities, and per solid angle it is that over sin θ. What a surface does not see, or sees at a
+//! low angle, is picked less often ([`Blocks`]). The rows at the poles, where sin θ is 0,
 //! count [`POLE_SINE`] of that of their neighbours, so that the density is positive wherever radiance is.
 //!
 //! # MIS compensation
@@ -23,7 +24,8 @@ use crate::sampling::pdf::SolidAnglePdf;
 use crate::sampling::warp::{sin_cos_turns, turns, unit_to_linear};
 use crate::shape::Hit;
 use crate::spectrum::Rgb;
-use glam::{DMat3, Vec2, Vec3, Vec4};
+use glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
+use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
 
 /// Least part of the mean luminance that the darkest pixel must be below it for MIS compensation: otherwise what is left of a
@@ -62,7 +64,7 @@ struct Map {
     /// The value and the weight of every node, row by row, that of each row's first node once more at its end. A weight is
     /// the luminance, as far as it counts, over the mean, times sin θ.
     nodes: Vec<Vec4>,
-    /// The cells between nodes, row by row.
+    /// The cells between nodes.
     blocks: Blocks,
     /// Factor from a weight over sin θ at a point to a density in sr⁻¹.
     density: f32,
@@ -88,8 +90,16 @@ struct Corners {
 
 impl Corners {
     /// To be overwritten.
-    const NONE: Self =
-        Self { near: [Vec4::ZERO; 2], far: [Vec4::ZERO; 2], column: 0, step: 0, below: false, u: 0.0, v: 0.0, factor: 0.0 };
+    const NONE: Self = Self {
+        near: [Vec4::ZERO; 2],
+        far: [Vec4::ZERO; 2],
+        column: 0,
+        step: 0,
+        below: false,
+        u: 0.0,
+        v: 0.0,
+        factor: 0.0,
+    };
 }
 
 /// Where between four nodes a direction is.
@@ -147,16 +157,17 @@ impl EnvironmentLight {
         std::f64::consts::PI * f64::from(self.scale) * self.mean
     }
 
+    /// A direction for a surface that scatters on the side of the unit normal `n`, or, where that is zero, on both sides.
     /// `combined`: what this misses is found by bsdf sampling.
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn sample(&self, n: Vec3, u: Vec2, combined: bool) -> Option<LightSample> {
         let map = self.map(combined);
         let cell = map.blocks.pick_in(&map.blocks.pick(n, u));
         self.sample_in(map, self.nodes_around(map, &cell))
     }
 
-    /// [`Self::sample`] for each of at most [`TOGETHER`] numbers. All cells are found before anything is computed: a search waits for memory at
-    /// every step, and those for several numbers can wait together.
+    /// [`Self::sample`] for each of at most [`TOGETHER`] numbers. All cells are found before anything is computed: finding one waits
+    /// for memory at every step, and those for several numbers can wait together.
     #[inline(always)]
     pub fn sample_all(&self, n: Vec3, u: &[Vec2], combined: bool, samples: &mut [Option<LightSample>; TOGETHER]) {
         let map = self.map(combined);
@@ -209,9 +220,9 @@ impl EnvironmentLight {
         })
     }
 
-    /// Radiance from the direction `w` of unit length, and the density with which it is sampled, in combination with bsdf
-    /// sampling or not.
-    #[inline(never)]
+    /// Radiance from the direction `w` of unit length, and the density with which [`Self::sample`] samples it for the normal `n`,
+    /// in combination with bsdf sampling or not.
+    #[inline(always)]
     pub fn seen(&self, w: &Vec3, n: Vec3, combined: bool) -> (Rgb, SolidAnglePdf) {
         let local = (self.to_world.transpose() * w.as_dvec3()).as_vec3();
         let [width, last] = [self.size[0], self.size[1] - 1];
@@ -310,15 +321,16 @@ impl Map {
                 [y * stride + x, (y + 1) * stride + x].map(|i| f64::from(nodes[i].w) + f64::from(nodes[i + 1].w));
             0.25 * (corners[0] + corners[1])
         };
+        let turns = |steps: u32, all: f64, offset: f64| (0..=steps).map(move |i| TAU * (f64::from(i) + offset) / all);
+        let [across, down] = [turns(width, width.into(), 0.5), turns(height - 1, f64::from(2 * (height - 1)), 0.0)]
+            .map(|angles| angles.map(|angle| (libm::sin(angle), libm::cos(angle))).collect::<Vec<_>>());
         let corner = |x: usize, y: usize| {
-            let phi = std::f64::consts::TAU * (x as f64 + 0.5) / f64::from(width);
-            let theta = std::f64::consts::PI * y as f64 / f64::from(height - 1);
-            let ((s, c), (sp, cp)) = (theta.sin_cos(), phi.sin_cos());
-            to_world * glam::DVec3::new(sp * s, c, -cp * s)
+            let ((sin_phi, cos_phi), (sin, cos)) = (across[x], down[y]);
+            to_world * DVec3::new(sin_phi * sin, cos, -cos_phi * sin)
         };
         let (blocks, sum) = Blocks::new([width as usize, height as usize - 1], weight, corner)?;
         // Cells to the radian in either direction.
-        let per_radian = [f64::from(width) / std::f64::consts::TAU, f64::from(height - 1) / std::f64::consts::PI];
+        let per_radian = [f64::from(width) / TAU, f64::from(height - 1) / std::f64::consts::PI];
         Some(Self { nodes, blocks, density: (per_radian[0] * per_radian[1] / sum) as f32 })
     }
 }
