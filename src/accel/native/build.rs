@@ -268,8 +268,8 @@ impl Builder<'_> {
         let Some(Split { axis, bin, .. }) = split else {
             return Halves::new(items, count / 2, count);
         };
-        let halves = partition(&mut items[..count], |item| binning.bins_of(item)[axis] <= bin);
-        if halves.middle == 0 || halves.middle == count { Halves::new(items, count / 2, count) } else { halves }
+        let middle = partition(&mut items[..count], |item| binning.bins_of(item)[axis] <= bin);
+        Halves::new(items, if middle == 0 || middle == count { count / 2 } else { middle }, count)
     }
 
     /// Whether whole primitives make boxes that overlap so much that cutting is worth a try.
@@ -293,22 +293,17 @@ impl Halves {
     }
 }
 
-/// Moves the items that satisfy `is_left` to the front.
-fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> Halves {
-    let (mut begin, mut end) = (0, items.len());
-    let [mut left, mut right] = [Extent::EMPTY; 2];
-    while begin < end {
-        let item = items[begin];
-        if is_left(&item) {
-            left.add(&item);
-            begin += 1;
-        } else {
-            right.add(&item);
-            end -= 1;
-            items.swap(begin, end);
-        }
+/// Moves the items that satisfy `is_left` to the front, and says how many they are. Which do is as good as random, so that a
+/// branch would be guessed wrong every other time: each item changes places with the first of the right, and stays there or not.
+fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> usize {
+    let mut middle = 0;
+    for i in 0..items.len() {
+        let item = items[i];
+        items[i] = items[middle];
+        items[middle] = item;
+        middle += usize::from(is_left(&item));
     }
-    Halves { middle: begin, end: items.len(), extents: [left, right] }
+    middle
 }
 
 /// Boxes around items and around their centroids.
