@@ -11,7 +11,7 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use snell::accel::oracle::{self, Verdict};
-use snell::accel::{Accel, Accelerator, Hit};
+use snell::accel::{Accel, Accelerator, Hit, Quality};
 use snell::math::ray::Ray;
 use snell::shape::Shape;
 
@@ -40,7 +40,7 @@ fn measure(c: &mut Criterion, name: &str, shapes: &[Shape], eye: Vec3) {
         if cfg!(feature = "embree") { &[Accelerator::Embree, Accelerator::Native][..] } else { &[Accelerator::Native] };
     let triangles: usize = shapes.iter().map(Shape::primitive_count).sum();
     group.throughput(Throughput::Elements(triangles as u64));
-    let build = |which| Accel::build(which, shapes, 0).expect("the accelerator can be built");
+    let build = |which| Accel::build(which, shapes, 0, Quality::default()).expect("the accelerator can be built");
     for &which in which {
         group.bench_function(format!("build/{which:?}"), |b| b.iter(|| build(which).memory_bytes()));
     }

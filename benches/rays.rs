@@ -11,7 +11,7 @@ mod recorded;
 use common::{accelerators, compiled, file_settings, project};
 use cpu_time::ProcessTime;
 use recorded::{Batch, Kind, record};
-use snell::accel::{Accel, Accelerator, Hit, Start};
+use snell::accel::{Accel, Accelerator, Hit, Quality, Start};
 use snell::integrator::{Estimator, PathReuse};
 use snell::loader::LoadOptions;
 use snell::math::ray::Ray;
@@ -25,6 +25,9 @@ const ROUNDS: usize = 7;
 
 /// The fraction of answers that may differ between the accelerators.
 const ALLOWED_DIFFERENCES: f64 = 1e-4;
+
+/// How carefully to build; what all is compared with comes first.
+const QUALITIES: [Quality; 3] = [Quality::Medium, Quality::Low, Quality::High];
 
 /// What is timed by itself.
 const CLASSES: [&str; 4] = ["camera", "first bounce", "later bounces", "shadow"];
@@ -96,16 +99,17 @@ impl Rays {
 /// An accelerator, what it took to build, and the least seconds for each class.
 struct Measured {
     accel: Accel,
+    quality: Quality,
     build: f64,
     best: [f64; 4],
     answers: Vec<Vec<Hit>>,
 }
 
 impl Measured {
-    fn build(which: Accelerator, scene: &Scene) -> Self {
+    fn build(which: Accelerator, quality: Quality, scene: &Scene) -> Self {
         let start = ProcessTime::now();
-        let accel = Accel::build(which, &scene.shapes, 1).unwrap();
-        Self { accel, build: start.elapsed().as_secs_f64(), best: [f64::INFINITY; 4], answers: Vec::new() }
+        let accel = Accel::build(which, &scene.shapes, 1, quality).unwrap();
+        Self { accel, quality, build: start.elapsed().as_secs_f64(), best: [f64::INFINITY; 4], answers: Vec::new() }
     }
 
     fn round(&mut self, rays: &Rays) {
@@ -117,7 +121,8 @@ impl Measured {
     /// Mrays/s, and how many times as fast as `other`.
     fn print(&self, counts: [usize; 4], other: &Self) {
         let megabytes = self.accel.memory_bytes() as f64 / 1e6;
-        print!("  {:25} built in {:.2} s, {megabytes:5.1} MB;", self.accel.name(), self.build);
+        let name = format!("{}, {:?}", self.accel.name(), self.quality);
+        print!("  {name:33} built in {:.2} s ({:.2}), {megabytes:5.1} MB;", self.build, self.build / other.build);
         for ((count, best), other) in counts.iter().zip(self.best).zip(other.best) {
             print!(" {:.2} ({:.2})", *count as f64 / best / 1e6, other / best);
         }
@@ -132,7 +137,8 @@ fn measure(file: &str, rounds: usize) {
     let mut settings = file_settings(&description, Estimator::Path, PATHS.div_ceil(size.width * size.height));
     settings.integrator.reuse = PathReuse::Off;
     let rays = Rays::record(&scene, &settings);
-    let mut all: Vec<Measured> = accelerators().into_iter().rev().map(|which| Measured::build(which, &scene)).collect();
+    let qualities = accelerators().into_iter().rev().flat_map(|which| QUALITIES.map(|quality| (which, quality)));
+    let mut all: Vec<Measured> = qualities.map(|(which, quality)| Measured::build(which, quality, &scene)).collect();
     for _ in 0..rounds {
         all.iter_mut().for_each(|measured| measured.round(&rays));
     }

@@ -90,7 +90,7 @@ static const char *missing(RTCDevice device) {
     return NULL;
 }
 
-struct rt_scene *rt_scene_new(uint32_t threads, struct rt_error *error) {
+struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, struct rt_error *error) {
     struct rt_scene *scene = calloc(1, sizeof *scene);
     if (!scene) {
         set_error(error, RTC_ERROR_OUT_OF_MEMORY, "out of memory");
@@ -125,7 +125,8 @@ struct rt_scene *rt_scene_new(uint32_t threads, struct rt_error *error) {
         return NULL;
     }
     rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_MEDIUM);
+    const enum RTCBuildQuality qualities[] = {RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_MEDIUM, RTC_BUILD_QUALITY_HIGH};
+    rtcSetSceneBuildQuality(scene->scene, qualities[quality < 3 ? quality : 1]);
     return scene;
 }
 

@@ -46,8 +46,9 @@ struct rt_scene;
 /* The version of the header that the shim was compiled with, as 10000 major + 100 minor + patch. */
 uint32_t rt_header_version(void);
 
-/* A new scene on a new device of `threads` build threads (0: as many as the machine has), or NULL and `error`. */
-struct rt_scene *rt_scene_new(uint32_t threads, struct rt_error *error);
+/* A new scene on a new device of `threads` build threads (0: as many as the machine has), to be built quickly (quality 0),
+ * well (2) or in between (1), or NULL and `error`. */
+struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, struct rt_error *error);
 
 /* The version of the library that is running, like rt_header_version. */
 uint32_t rt_scene_library_version(const struct rt_scene *scene);

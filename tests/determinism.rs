@@ -3,13 +3,17 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "test code")]
 
 mod common;
+mod desk;
 
 use common::*;
+use desk::Desk;
 use glam::{DAffine3, DMat3, DVec3};
-use snell::accel::Accelerator;
+use snell::accel::{Accelerator, Quality};
 use snell::description::Filter;
 use snell::description::{Geometry, SceneDescription};
+use snell::image::read_picture;
 use snell::integrator::Estimator;
+use snell::scene::compile::{CompileOptions, compile};
 
 const SCENES: [&str; 3] =
     ["scenes/cornell-box/scene.xml", "scenes/cornell-box-materials/scene.xml", "scenes/furnace/scene.xml"];
@@ -30,6 +34,49 @@ fn threads_change_no_bit() {
                 );
             }
         }
+    }
+}
+
+/// However a tree is built, each primitive has one distance.
+#[test]
+fn how_a_tree_is_built_changes_no_bit() {
+    let description = load("scenes/shelf/scene.xml", &[("res", "48")]);
+    let s = file_settings(&description, Estimator::Path, 8);
+    for accelerator in accelerators() {
+        let [low, medium, high] = [Quality::Low, Quality::Medium, Quality::High].map(|quality| {
+            let options =
+                CompileOptions { accelerator, quality: Some(quality), threads: 2, camera: 0, samples: Some(8) };
+            picture(&compile(&description, &options).unwrap().scene, &s)
+        });
+        assert!(low == medium && low == high, "{accelerator:?}");
+    }
+}
+
+/// Lists, trees, skies and many lights by each of the vector instructions that there are, as the environment asks for them.
+#[test]
+fn vector_instructions_change_no_bit() {
+    for scene in ["cornell-box", "shelf", "many-lights", "layers"] {
+        let (desk, file) = (Desk::new(), project(&format!("scenes/{scene}/scene.xml")));
+        let mut first = None;
+        for level in ["sse2", "sse4.2", "avx2", "avx512"] {
+            let mut command = desk.command();
+            command.env("SNELL_SIMD", level).arg("render").arg(&file).args([
+                "--size=40x40",
+                "--spp=4",
+                "-q",
+                "-o=p.exr",
+            ]);
+            let output = command.output().unwrap();
+            let error = String::from_utf8_lossy(&output.stderr);
+            if error.contains(&format!("error: SNELL_SIMD is '{level}', but here there is only ")) {
+                // This processor does not have it.
+                continue;
+            }
+            assert!(output.status.success(), "{scene}, {level}: {error}");
+            let picture = read_picture(&desk.path("p.exr")).unwrap().picture;
+            assert!(*first.get_or_insert_with(|| picture.clone()) == picture, "{scene}, {level}");
+        }
+        assert!(first.is_some() || !cfg!(target_arch = "x86_64"));
     }
 }
 

@@ -329,7 +329,8 @@ fn transformations_compose_as_in_mitsuba() {
     let Geometry::Sphere { centre, radius, .. } = s.shapes[0].geometry else { panic!() };
     assert!(centre.abs_diff_eq(glam::DVec3::new(2.0, 4.0, 6.0), 1e-12) && (radius - 2.0).abs() < 1e-12);
     assert!(!s.shapes[0].flip_normals && s.shapes[1].flip_normals, "a negative radius turns a sphere inside out");
-    let options = CompileOptions { accelerator: Accelerator::Native, threads: 1, camera: 0, samples: None };
+    let options =
+        CompileOptions { accelerator: Accelerator::Native, quality: None, threads: 1, camera: 0, samples: None };
     let compiled = compile(&s, &options).unwrap().scene;
     let snell::shape::Shape::Mesh(mirrored) = &compiled.shapes[2] else { panic!() };
     assert_eq!(mirrored.plane(0).n, glam::Vec3::Z, "a mirrored rectangle keeps its normal");

@@ -39,7 +39,8 @@ fn read(texture: &str) -> Result<SceneDescription, String> {
 }
 
 fn compile_error(description: &SceneDescription) -> String {
-    let options = CompileOptions { accelerator: Accelerator::Native, threads: 1, camera: 0, samples: None };
+    let options =
+        CompileOptions { accelerator: Accelerator::Native, quality: None, threads: 1, camera: 0, samples: None };
     compile(description, &options).err().unwrap().to_string()
 }
 

@@ -47,7 +47,8 @@ fn outcome(text: &str, files: &[(&str, &str)], lenient: bool) -> Result<Vec<Stri
 }
 
 fn compile_native(description: &SceneDescription) -> Result<Vec<String>, String> {
-    let options = CompileOptions { accelerator: Accelerator::Native, threads: 1, camera: 0, samples: None };
+    let options =
+        CompileOptions { accelerator: Accelerator::Native, quality: None, threads: 1, camera: 0, samples: None };
     compile(description, &options).map(|compiled| compiled.warnings).map_err(|e| e.to_string())
 }
 
@@ -225,8 +226,11 @@ fn maps_with_odd_values() {
     let error = loaded(1e38).and_then(|mut s| {
         let LightKind::Environment { scale, .. } = &mut s.lights[0].kind else { panic!() };
         *scale = 10.0;
-        compile(&s, &CompileOptions { accelerator: Accelerator::Native, threads: 1, camera: 0, samples: None })
-            .map(|_| ())
+        compile(
+            &s,
+            &CompileOptions { accelerator: Accelerator::Native, quality: None, threads: 1, camera: 0, samples: None },
+        )
+        .map(|_| ())
     });
     let expected = "a radiance must be finite and not negative, but this is (inf, inf, inf)";
     assert!(error.unwrap_err().to_string().contains(expected));

@@ -4,7 +4,7 @@ use super::comparison::{ComparisonCounts, Disagreement, EXAMPLES};
 use super::embree::Embree;
 use super::native::Native;
 use super::oracle::{self, Verdict};
-use super::{Hit, Start};
+use super::{Hit, Quality, Start};
 use crate::error::Result;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -23,10 +23,10 @@ pub(super) struct Both {
 
 impl Both {
     /// See [`super::Accel::build`].
-    pub(super) fn build(shapes: &[Shape], threads: usize) -> Result<Self> {
+    pub(super) fn build(shapes: &[Shape], threads: usize, quality: Quality) -> Result<Self> {
         Ok(Self {
-            embree: Embree::build(shapes, threads)?,
-            native: Native::build(shapes),
+            embree: Embree::build(shapes, threads, quality)?,
+            native: Native::build(shapes, quality),
             rays: AtomicU64::new(0),
             found: Mutex::default(),
         })

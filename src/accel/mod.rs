@@ -10,6 +10,7 @@
 
 #[cfg(feature = "embree")]
 mod both;
+mod choice;
 pub mod comparison;
 #[cfg(feature = "embree")]
 mod embree;
@@ -17,6 +18,7 @@ mod native;
 pub mod oracle;
 
 pub use crate::shape::Hit;
+pub use choice::{Accelerator, Choice, Quality};
 
 use crate::error::{Error, Result};
 use crate::math::ray::Ray;
@@ -24,38 +26,6 @@ use crate::shape::Shape;
 use comparison::ComparisonCounts;
 use native::Native;
 use std::collections::HashSet;
-
-/// What the user asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Accelerator {
-    /// Whichever is expected to take less time: see [`Accelerator::settle`].
-    #[default]
-    Auto,
-    /// Embree.
-    Embree,
-    /// Our own.
-    Native,
-    /// Both, compared ray by ray; our own answers.
-    Both,
-}
-
-impl Accelerator {
-    /// Whom to take for about so many rays through `shapes`.
-    ///
-    /// Our own tree takes longer to build than Embree's, and rays take less time in it: 0.55 to 0.85 of the time of Embree
-    /// (robust) in scenes of 60,000 to 600,000 triangles (as much as Embree's where a ray meets something after five
-    /// boxes). So it is ours for few triangles, outside of groups ([`Accel::FEW_TRIANGLES`]), or for many rays a
-    /// triangle ([`Accel::MANY_RAYS`]); else Embree, where it is compiled in.
-    #[must_use]
-    pub fn settle(self, shapes: &[Shape], rays: f64) -> Self {
-        if self != Self::Auto {
-            return self;
-        }
-        let triangles = Native::triangles(shapes);
-        let is_ours = triangles <= Accel::FEW_TRIANGLES || rays >= Accel::MANY_RAYS * triangles as f64;
-        if is_ours || !cfg!(feature = "embree") { Self::Native } else { Self::Embree }
-    }
-}
 
 /// What is known of where rays start.
 #[derive(Clone, Copy, Debug)]
@@ -101,28 +71,35 @@ impl Accel {
     /// in some milliseconds.
     pub const FEW_TRIANGLES: usize = 8192;
 
-    /// From so many rays a triangle on, our own accelerator is taken if the user does not say which: building takes about a
-    /// microsecond of CPU time more for each triangle than Embree does, and a ray about a tenth of one less.
-    pub const MANY_RAYS: f64 = 16.0;
+    /// From so many rays a triangle on, our own accelerator is taken if the user does not say which: building takes 0.5 to 1 µs
+    /// of CPU time more for each triangle than Embree does, and a ray 0.1 to 0.2 µs less (in veach-ajar nothing less).
+    pub const MANY_RAYS: f64 = 8.0;
+
+    /// From so many rays a triangle on, our own tree is built with [`Quality::High`] if the user does not say how: over
+    /// [`Quality::Medium`] that takes 0.3 to 0.6 µs more for each triangle, and a ray 0.02 to 0.03 µs less.
+    pub const RAYS_FOR_HIGH: f64 = 24.0;
+
+    /// The same for [`Quality::Medium`] over [`Quality::Low`]: 0.2 to 0.35 µs, and 0.01 to 0.07 µs.
+    pub const RAYS_FOR_MEDIUM: f64 = 8.0;
 
     /// Builds over `shapes`; [`Accelerator::Auto`] as for any number of rays. Embree builds with `threads` threads (0: all there are), our own builder on the current
     /// rayon pool.
     ///
     /// Keeps copies of what it needs. Fails where Embree is asked for and not compiled in, cannot be started, is of
     /// another version than snell was compiled with, or runs out of memory; and with more than 2³¹ primitives.
-    pub fn build(which: Accelerator, shapes: &[Shape], threads: usize) -> Result<Self> {
+    pub fn build(which: Accelerator, shapes: &[Shape], threads: usize, quality: Quality) -> Result<Self> {
         let primitives = stored_primitives(shapes);
         if primitives > Self::MAX_PRIMITIVES {
             return Err(Error::Accelerator(format!(
                 "{primitives} primitives are more than the accelerators can number"
             )));
         }
-        Ok(Self(match which.settle(shapes, f64::INFINITY) {
-            Accelerator::Auto | Accelerator::Native => Kind::Native(Native::build(shapes)),
+        Ok(Self(match Choice::new(which, Some(quality), shapes, f64::INFINITY).accelerator {
+            Accelerator::Auto | Accelerator::Native => Kind::Native(Native::build(shapes, quality)),
             #[cfg(feature = "embree")]
-            Accelerator::Both => Kind::Both(Box::new(both::Both::build(shapes, threads)?)),
+            Accelerator::Both => Kind::Both(Box::new(both::Both::build(shapes, threads, quality)?)),
             #[cfg(feature = "embree")]
-            Accelerator::Embree => Kind::Embree(embree::Embree::build(shapes, threads)?),
+            Accelerator::Embree => Kind::Embree(embree::Embree::build(shapes, threads, quality)?),
             #[cfg(not(feature = "embree"))]
             Accelerator::Embree | Accelerator::Both => {
                 let _ = threads;

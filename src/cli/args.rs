@@ -1,6 +1,6 @@
 //! The arguments.
 
-use crate::accel::Accelerator;
+use crate::accel::{Accelerator, Quality};
 use crate::error::Error;
 use crate::film::SampleId;
 use crate::image::Crop;
@@ -184,6 +184,9 @@ pub(super) struct SceneArgs {
     /// Who finds what rays meet.
     #[arg(long, value_enum, default_value_t = AcceleratorName::Auto)]
     pub(super) accel: AcceleratorName,
+    /// How carefully to build it: what takes longer to build takes rays less time.
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = QualityName::Auto)]
+    pub(super) accel_quality: QualityName,
     /// Threads; 0 for one a core.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=MAX_THREADS))]
     pub(super) threads: u32,
@@ -291,7 +294,7 @@ pub(super) enum AovName {
 /// Names of [`Accelerator`]s.
 #[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
 pub(super) enum AcceleratorName {
-    /// Native for scenes of few triangles; else Embree where it is compiled in.
+    /// Native for few triangles or many rays; else Embree where it is compiled in.
     Auto,
     /// Intel Embree, robust.
     Embree,
@@ -308,6 +311,27 @@ impl From<AcceleratorName> for Accelerator {
             AcceleratorName::Embree => Self::Embree,
             AcceleratorName::Native => Self::Native,
             AcceleratorName::Both => Self::Both,
+        }
+    }
+}
+
+/// How carefully to build an accelerator.
+#[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
+pub(super) enum QualityName {
+    /// As the number of rays to be expected makes it worth.
+    Auto,
+    Low,
+    Medium,
+    High,
+}
+
+impl From<QualityName> for Option<Quality> {
+    fn from(name: QualityName) -> Self {
+        match name {
+            QualityName::Auto => None,
+            QualityName::Low => Some(Quality::Low),
+            QualityName::Medium => Some(Quality::Medium),
+            QualityName::High => Some(Quality::High),
         }
     }
 }

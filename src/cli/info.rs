@@ -67,11 +67,8 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     }
     let c = scene.centre;
     line("space", format!("centre ({}, {}, {}), lengths × 2^{}", c.x, c.y, c.z, libm::log2(scene.unit)));
-    let (accel, meshes) = (scene.accel.memory_bytes(), mesh_bytes(scene));
-    line("accelerator", format!("{}, {}, built in {:.3} s", scene.accel.name(), mib(accel), p.build.as_secs_f64()));
-    let pictures: u64 = pictures(&p.description).iter().map(|picture| picture.memory_bytes()).sum();
-    let all = mib(accel + meshes + pictures);
-    line("memory", format!("{all}: meshes {}, textures {}, accelerator {}", mib(meshes), mib(pictures), mib(accel)));
+    line("accelerator", accelerator(&p));
+    line("memory", memory(&p));
     for unused in &p.description.inventory.unused {
         line("not used", unused.clone());
     }
@@ -81,6 +78,22 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     // Nobody may be reading.
     let _ = std::io::stdout().write_all(text.as_bytes());
     Ok(())
+}
+
+/// Who answers ray queries, and why.
+fn accelerator(p: &Prepared) -> String {
+    let (name, reason) = (p.scene.accel.name(), &p.accel_choice.reason);
+    let (bytes, seconds) = (mib(p.scene.accel.memory_bytes()), p.build.as_secs_f64());
+    let quality = format!("{:?}", p.accel_choice.quality).to_lowercase();
+    format!("{name} ({reason}), {bytes}, built in {seconds:.3} s with {quality} quality")
+}
+
+/// What the scene takes, in all and by kind.
+fn memory(p: &Prepared) -> String {
+    let (accel, meshes) = (p.scene.accel.memory_bytes(), mesh_bytes(&p.scene));
+    let pictures: u64 = pictures(&p.description).iter().map(|picture| picture.memory_bytes()).sum();
+    let all = mib(accel + meshes + pictures);
+    format!("{all}: meshes {}, textures {}, accelerator {}", mib(meshes), mib(pictures), mib(accel))
 }
 
 /// What the scene has of what not every scene has, and what it has not.

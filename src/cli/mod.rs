@@ -15,6 +15,7 @@ mod render;
 mod replay;
 mod stats;
 
+use crate::math::simd;
 use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
 use std::ffi::OsString;
@@ -50,7 +51,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(if error.use_stderr() { EXIT_USAGE } else { 0 });
         }
     };
-    let result = match &arguments.command {
+    let result = simd::check().and_then(|()| match &arguments.command {
         Command::Render(a) => render::run(a, &shell_line(&words)),
         Command::Info(a) => info::run(a).map(|()| ExitCode::SUCCESS),
         Command::Diff(a) => diff::run(a),
@@ -62,7 +63,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             let _ = std::io::stdout().write_all(&script);
             Ok(ExitCode::SUCCESS)
         }
-    };
+    });
     result.unwrap_or_else(|error| {
         let _ = writeln!(std::io::stderr(), "error: {error}");
         ExitCode::from(EXIT_USAGE)

@@ -1,6 +1,7 @@
 //! From the arguments to a compiled scene.
 
 use super::args::SceneArgs;
+use crate::accel::Choice;
 use crate::description::{Film, SceneDescription};
 use crate::error::{Error, Result};
 use crate::image::{Area, Crop};
@@ -19,6 +20,8 @@ pub(super) struct Prepared {
     pub(super) warnings: Vec<String>,
     /// Reading and compiling, without the accelerator.
     pub(super) load: Duration,
+    /// Which accelerator, and why.
+    pub(super) accel_choice: Choice,
     /// Building the accelerator.
     pub(super) build: Duration,
 }
@@ -42,13 +45,19 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &
     let mut description = pool.install(|| loader::load(&args.scene, &options))?;
     adjust_film(&mut description, args)?;
     let threads = pool.current_num_threads();
-    let options = CompileOptions { accelerator: args.accel.into(), threads, camera: args.camera, samples };
+    let options = CompileOptions {
+        accelerator: args.accel.into(),
+        quality: args.accel_quality.into(),
+        threads,
+        camera: args.camera,
+        samples,
+    };
     let compiled = pool.install(|| compile(&description, &options))?;
     let mut warnings = description.warnings.clone();
     warnings.extend(compiled.warnings);
-    let build = compiled.accel_build;
+    let (accel_choice, build) = (compiled.accel_choice, compiled.accel_build);
     let (scene, light_names) = (compiled.scene, compiled.light_names);
-    Ok(Prepared { description, scene, light_names, warnings, load: start.elapsed() - build, build })
+    Ok(Prepared { description, scene, light_names, warnings, load: start.elapsed() - build, accel_choice, build })
 }
 
 /// Puts the size and crop of the arguments into the film of the camera that is used.

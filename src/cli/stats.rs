@@ -3,6 +3,7 @@
 use super::prepare::Prepared;
 use crate::accel::Hit;
 use crate::accel::comparison::ComparisonCounts;
+use crate::math::simd;
 use crate::render::Rendered;
 use crate::scene::Features;
 use serde::Serialize;
@@ -12,6 +13,10 @@ use serde::Serialize;
 pub(super) struct Stats<'a> {
     version: &'static str,
     accelerator: String,
+    /// How carefully that was built.
+    accelerator_quality: String,
+    /// Vector instructions.
+    simd: &'static str,
     integrator: &'a str,
     sampler: &'a str,
     /// Whether neighbouring pixels shared what their paths found.
@@ -119,6 +124,8 @@ impl<'a> Stats<'a> {
         Self {
             version: env!("CARGO_PKG_VERSION"),
             accelerator: accel.name(),
+            accelerator_quality: format!("{:?}", prepared.accel_choice.quality).to_lowercase(),
+            simd: simd::name(simd::level()),
             integrator: names.integrator,
             sampler: names.sampler,
             path_reuse: names.path_reuse,

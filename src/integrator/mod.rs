@@ -181,7 +181,7 @@ impl Integrator {
     ) {
         let count = if self.estimator == Estimator::Path { self.light_samples } else { 1 };
         let candidates = direct::Candidates::new(count, sampler.kind);
-        let walker = wave::Walker { scene, sampler, limits: self, candidates, level: fearless_simd::Level::new() };
+        let walker = wave::Walker { scene, sampler, limits: self, candidates, level: crate::math::simd::level() };
         match self.estimator {
             Estimator::Path => walker.run::<path::Path, _>(ids, record, counts, sink),
             Estimator::Nee => walker.run::<nee::Nee, _>(ids, record, counts, sink),

@@ -155,7 +155,7 @@ impl Choice {
             .into_iter()
             .map(|(light, wi, power)| Infinite { light, wi, power: scaled(power, most_infinite) })
             .collect();
-        Self { finite, infinite, infinite_index, level: Level::new() }
+        Self { finite, infinite, infinite_index, level: crate::math::simd::level() }
     }
 
     #[inline(never)]

@@ -103,7 +103,7 @@ impl LightTree {
         }
         let splits = Split::new(&mut lights, 0);
         let whole = Beam::new(splits.reach());
-        let mut tree = Self { whole, nodes: Vec::new(), places: vec![None; count], level: Level::new() };
+        let mut tree = Self { whole, nodes: Vec::new(), places: vec![None; count], level: crate::math::simd::level() };
         tree.add(&splits, None);
         Some(tree)
     }

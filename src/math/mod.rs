@@ -5,3 +5,4 @@ pub mod float;
 pub mod frame;
 pub mod quadrature;
 pub mod ray;
+pub mod simd;

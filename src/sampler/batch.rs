@@ -22,7 +22,7 @@ pub struct Batch {
 
 impl Default for Batch {
     fn default() -> Self {
-        Self { level: Level::new(), sets: Vec::new() }
+        Self { level: crate::math::simd::level(), sets: Vec::new() }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use snell::accel::oracle::{self, Contact, Verdict};
-use snell::accel::{Accel, Accelerator, Hit};
+use snell::accel::{Accel, Accelerator, Hit, Quality};
 use snell::math::ray::Ray;
 use snell::shape::cylinder::Cylinder;
 use snell::shape::disk::Disk;
@@ -260,7 +260,7 @@ pub fn accelerators() -> Vec<Accelerator> {
 }
 
 pub fn build(which: Accelerator, shapes: &[Shape]) -> Accel {
-    Accel::build(which, shapes, 2).expect("builds")
+    Accel::build(which, shapes, 2, Quality::default()).expect("builds")
 }
 
 pub fn closest(accel: &Accel, rays: &[Ray]) -> Vec<Hit> {

@@ -210,7 +210,7 @@ pub fn transformed(mut scene: SceneDescription, scale: f64, offset: DVec3) -> Sc
 }
 
 pub fn compiled(scene: &SceneDescription, accelerator: Accelerator) -> Scene {
-    compile(scene, &CompileOptions { accelerator, threads: 2, camera: 0, samples: None })
+    compile(scene, &CompileOptions { accelerator, quality: None, threads: 2, camera: 0, samples: None })
         .expect("the scene compiles")
         .scene
 }

@@ -30,7 +30,7 @@
 mod bindings;
 
 use super::native::{Native, Nearest, TraversalStack};
-use super::{Hit, Start};
+use super::{Hit, Quality, Start};
 use crate::error::{Error, Result};
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
@@ -92,15 +92,15 @@ pub(crate) struct Embree {
 
 impl Embree {
     /// See [`super::Accel::build`].
-    pub(crate) fn build(shapes: &[Shape], threads: usize) -> Result<Self> {
+    pub(crate) fn build(shapes: &[Shape], threads: usize, quality: Quality) -> Result<Self> {
         let shapes: Vec<Shape> = shapes.iter().map(copy).collect();
         let scene = if shapes.iter().any(|s| matches!(s, Shape::Mesh(mesh) if !mesh.faces.is_empty())) {
             // SAFETY: `shapes` is moved into the same struct and never changed; the vectors inside keep their address.
-            Some(unsafe { Scene::build(&shapes, threads)? })
+            Some(unsafe { Scene::build(&shapes, threads, quality)? })
         } else {
             None
         };
-        let others = Native::build_others(&shapes);
+        let others = Native::build_others(&shapes, quality);
         let longest_edges = shapes.iter().map(longest_edge).collect();
         Ok(Self { scene, shapes, longest_edges, others, false_hits: AtomicU64::new(0) })
     }
@@ -312,11 +312,11 @@ impl Scene {
     /// # Safety
     /// The vertices, of which [`PADDING`] at the end are unused, and the faces of `shapes` must stay where they are and
     /// as they are until the scene is dropped.
-    unsafe fn build(shapes: &[Shape], threads: usize) -> Result<Self> {
+    unsafe fn build(shapes: &[Shape], threads: usize, quality: Quality) -> Result<Self> {
         let mut error = rt_error { code: 0, text: [0; 252] };
         let threads = u32::try_from(threads).unwrap_or(0);
         // SAFETY: `error` is writable for the call.
-        let scene = unsafe { bindings::rt_scene_new(threads, &mut error) };
+        let scene = unsafe { bindings::rt_scene_new(threads, quality as u32, &mut error) };
         let scene = Self(NonNull::new(scene).ok_or_else(|| failure("cannot be started", &error))?);
         let (header, library) = (header_version(), scene.library_version());
         if header.series() != library.series() {

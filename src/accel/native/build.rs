@@ -12,13 +12,16 @@
 //! ([`MAX_DEPTH`]), whatever the input.
 
 use super::spatial::{self, Corners};
-use crate::accel::{Accel, Hit};
+use crate::accel::{Accel, Hit, Quality};
 use crate::math::bounds::Bounds;
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 
 /// Most bins along each axis. More gain under 1 % in ray time and cost as much in build time.
 pub(super) const BINS: usize = 16;
+
+/// The same for [`Quality::Low`]; rays take as long as with twice as many, give or take 5 %.
+const BINS_OF_LOW: usize = 8;
 
 /// Bins for the fewest primitives, and primitives for each one more: between so few, more planes find nothing better, and most
 /// of the nodes are small.
@@ -49,6 +52,10 @@ const SPARE: usize = 2;
 /// Cutting is tried only where the boxes of the best two sets of whole primitives overlap by this fraction of the area of
 /// the box around both, ...
 const LEAST_OVERLAP: f32 = 0.25;
+
+/// The same for [`Quality::Medium`]: for a third to half of the time it gains a third (classroom) to four fifths (Sponza) of what
+/// cutting gains for rays.
+const LEAST_OVERLAP_OF_MEDIUM: f32 = 0.5;
 
 /// ... and by this fraction of the area of the whole tree's: most boxes are small and seldom met.
 const LEAST_OVERLAP_OF_WHOLE: f32 = 1.0 / (1u32 << 14) as f32;
@@ -134,7 +141,7 @@ impl Box4 {
         self.min.cmpgt(self.max).bitmask() & 0b111 != 0
     }
 
-    /// Half of the surface area, in squares of 1/`unit`. Not of an empty box.
+    /// Half of the surface area, in squares of 1/`unit`; infinite of [`Self::EMPTY`]. Not of another empty box.
     #[inline(always)]
     pub(super) fn half_area(&self, unit: f32) -> f32 {
         let e = (self.max - self.min) * unit;
@@ -174,8 +181,16 @@ pub(super) enum Kind {
 
 /// Builds the binary tree with at most `leaf_size` items a leaf. Reorders `items` to the order of the leaves, with parts of
 /// those that it cuts, and maybe with unused ones between, if it is given `corners`. Not for an empty vector.
-pub(super) fn build(items: &mut Vec<Item>, leaf_size: usize, corners: Option<&Corners<'_>>) -> Vec<BinaryNode> {
+pub(super) fn build(
+    items: &mut Vec<Item>,
+    leaf_size: usize,
+    corners: Option<&Corners<'_>>,
+    quality: Quality,
+) -> Vec<BinaryNode> {
     let count = items.len();
+    let corners = corners.filter(|_| quality != Quality::Low);
+    let most_bins = if quality == Quality::Low { BINS_OF_LOW } else { BINS };
+    let least_part = if quality == Quality::High { LEAST_OVERLAP } else { LEAST_OVERLAP_OF_MEDIUM };
     let spare = if corners.is_some() { (count / SPARE).min(Accel::MAX_PRIMITIVES.saturating_sub(count)) } else { 0 };
     items.resize(count + spare, items[0]);
     let unused = BinaryNode { bounds: Bounds::EMPTY, kind: Kind::Leaf { first: 0, count: 0 } };
@@ -185,17 +200,21 @@ pub(super) fn build(items: &mut Vec<Item>, leaf_size: usize, corners: Option<&Co
     // All areas of a point are 0, whatever the unit.
     let unit = if size > 0.0 { 1.0 / size } else { 1.0 };
     let least_overlap = LEAST_OVERLAP_OF_WHOLE * whole.bounds.half_area(unit);
-    let builder = Builder { leaf_size, corners, least_overlap, unit };
-    builder.subtree(Places { items, count, first: 0 }, &whole, &mut nodes, 0);
+    let builder = Builder { leaf_size, most_bins, corners, least_overlap, least_part, unit };
+    builder.subtree(Places { items, count, first: 0 }, &whole, &mut nodes, 0, &mut { NO_BINS });
     nodes
 }
 
 /// What is the same for all subtrees.
 struct Builder<'a> {
     leaf_size: usize,
+    /// Along each axis.
+    most_bins: usize,
     corners: Option<&'a Corners<'a>>,
     /// See [`LEAST_OVERLAP_OF_WHOLE`].
     least_overlap: f32,
+    /// See [`LEAST_OVERLAP`].
+    least_part: f32,
     /// One over the size of the whole: areas are computed in f32, and must neither overflow nor vanish.
     unit: f32,
 }
@@ -223,14 +242,14 @@ impl<'a> Places<'a> {
 }
 
 impl Builder<'_> {
-    fn subtree(&self, places: Places<'_>, extent: &Extent, nodes: &mut [BinaryNode], depth: usize) {
+    fn subtree(&self, places: Places<'_>, extent: &Extent, nodes: &mut [BinaryNode], depth: usize, bins: &mut Bins) {
         let Places { items, count, first } = places;
         if count <= self.leaf_size {
             let kind = Kind::Leaf { first: first as u32, count: count as u32 };
             nodes[0] = BinaryNode { bounds: extent.bounds.bounds(), kind };
             return;
         }
-        let Halves { middle, end, extents } = self.split(items, count, extent, depth);
+        let Halves { middle, end, extents } = self.split(items, count, extent, depth, bins);
         let [left_extent, right_extent] = &extents;
         let (left, right) = Places { items, count, first }.divide(middle, end);
         let (head, rest) = nodes.split_at_mut(1);
@@ -238,23 +257,25 @@ impl Builder<'_> {
         head[0] =
             BinaryNode { bounds: extent.bounds.bounds(), kind: Kind::Inner { right: 2 * left.items.len() as u32 } };
         let larger = left.count.max(right.count);
-        let build_left = || self.subtree(left, left_extent, left_nodes, depth + 1);
-        let build_right = || self.subtree(right, right_extent, right_nodes, depth + 1);
         if larger < PARALLEL_SUBTREE {
-            build_left();
-            build_right();
+            self.subtree(left, left_extent, left_nodes, depth + 1, bins);
+            self.subtree(right, right_extent, right_nodes, depth + 1, bins);
         } else {
-            rayon::join(build_left, build_right);
+            rayon::join(
+                || self.subtree(left, left_extent, left_nodes, depth + 1, bins),
+                || self.subtree(right, right_extent, right_nodes, depth + 1, &mut { NO_BINS }),
+            );
         }
     }
 
     /// Reorders the first `count` items, of which some may be cut, so that there is at least one on each side.
-    fn split(&self, items: &mut [Item], count: usize, extent: &Extent, depth: usize) -> Halves {
+    fn split(&self, items: &mut [Item], count: usize, extent: &Extent, depth: usize, bins: &mut Bins) -> Halves {
         if depth >= SAH_DEPTH {
             return Halves::new(items, count / 2, count);
         }
-        let binning = Binning::new(extent, count, self.leaf_size, self.unit);
-        let split = binning.best_split(&items[..count]);
+        let binning =
+            Binning::new(extent, (LEAST_BINS + count / ITEMS_PER_BIN).min(self.most_bins), self.leaf_size, self.unit);
+        let split = binning.best_split(&items[..count], bins);
         if let Some(corners) = self.corners
             && items.len() > count
             && self.may_cut(extent, split.as_ref())
@@ -276,7 +297,7 @@ impl Builder<'_> {
     fn may_cut(&self, extent: &Extent, split: Option<&Split>) -> bool {
         let whole = extent.bounds.half_area(self.unit);
         let overlap = split.map_or(whole, |split| split.overlap);
-        overlap > self.least_overlap && overlap > LEAST_OVERLAP * whole
+        overlap > self.least_overlap && overlap > self.least_part * whole
     }
 }
 
@@ -298,10 +319,10 @@ impl Halves {
 fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> usize {
     let mut middle = 0;
     for i in 0..items.len() {
-        let item = items[i];
-        items[i] = items[middle];
-        items[middle] = item;
-        middle += usize::from(is_left(&item));
+        // Asked before: where it goes is known only after all that came before it.
+        let is_left = is_left(&items[i]);
+        items.swap(i, middle);
+        middle += usize::from(is_left);
     }
     middle
 }
@@ -382,10 +403,11 @@ impl Bin {
 
 type Bins = [[Bin; BINS]; 3];
 
+const NO_BINS: Bins = [[Bin::EMPTY; BINS]; 3];
+
 impl Binning {
-    fn new(extent: &Extent, count: usize, leaf_size: usize, unit: f32) -> Self {
+    fn new(extent: &Extent, bins: usize, leaf_size: usize, unit: f32) -> Self {
         let size = extent.centroids.max - extent.centroids.min;
-        let bins = (LEAST_BINS + count / ITEMS_PER_BIN).min(BINS);
         Self { origin: extent.centroids.min, scale: Vec4::splat(bins as f32) / size, bins, leaf_size, unit }
     }
 
@@ -419,26 +441,23 @@ impl Binning {
     /// Cost of a node with these primitives, of which a whole block is tested at a time.
     #[inline(always)]
     fn cost(&self, bin: &Bin) -> f32 {
-        if bin.count == 0 {
-            return f32::INFINITY;
-        }
-        bin.bounds.half_area(self.unit) * blocks(bin.count, self.leaf_size)
+        // The area of nothing is infinite; without a branch, as nobody could guess which bins are empty.
+        bin.bounds.half_area(self.unit) * blocks(bin.count.max(1), self.leaf_size)
     }
 
-    /// The cheapest split; none where no split has primitives on both sides.
-    fn best_split(&self, items: &[Item]) -> Option<Split> {
-        // What is not in use is not read.
-        let mut bins = [[Bin::EMPTY; BINS]; 3];
+    /// The cheapest split; none where no split has primitives on both sides. `bins` is room for them, whatever it holds: to empty
+    /// those that a small node does not use would take as long as the node.
+    fn best_split(&self, items: &[Item], bins: &mut Bins) -> Option<Split> {
         if items.len() <= PARALLEL_BINNING {
-            self.fill(items, &mut bins);
+            self.fill(items, bins);
         } else {
             let fill = |items: &[Item]| {
-                let mut bins = [[Bin::EMPTY; BINS]; 3];
+                let mut bins = NO_BINS;
                 self.fill(items, &mut bins);
                 bins
             };
-            bins = items.par_chunks(PARALLEL_BINNING).map(fill).reduce(
-                || [[Bin::EMPTY; BINS]; 3],
+            *bins = items.par_chunks(PARALLEL_BINNING).map(fill).reduce(
+                || NO_BINS,
                 |a, b| std::array::from_fn(|axis| std::array::from_fn(|i| a[axis][i].union(b[axis][i]))),
             );
         }
@@ -495,7 +514,7 @@ mod tests {
         let item =
             |(primitive, triangle): (u32, &[Vec3; 3])| Item::new(Bounds::of(*triangle), Hit { shape: 0, primitive });
         let mut items: Vec<Item> = (0..).zip(&triangles).map(item).collect();
-        let nodes = build(&mut items, 4, Some(&|id: Hit| triangles[id.primitive as usize]));
+        let nodes = build(&mut items, 4, Some(&|id: Hit| triangles[id.primitive as usize]), Quality::High);
         let leaves = nodes.iter().filter_map(|node| match node.kind {
             Kind::Leaf { first, count } => Some(first as usize..(first + count) as usize),
             Kind::Inner { .. } => None,

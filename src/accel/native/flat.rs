@@ -29,6 +29,7 @@ use super::build::Item;
 use crate::accel::Hit;
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
+use crate::math::simd;
 use crate::shape::Shape;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x16, mask32x16, u32x16};
@@ -235,7 +236,7 @@ impl FlatList {
         let bounds = items.iter().map(|item| item.bounds()).reduce(|a, b| a.union(b))?;
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         let rows = Rows::new(items, shapes, reach, (bounds.max - bounds.min).max_element())?;
-        Some(Self { rows, reach, level: Level::new() })
+        Some(Self { rows, reach, level: simd::level() })
     }
 
     /// Bytes held.

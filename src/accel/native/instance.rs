@@ -8,7 +8,7 @@ use super::build::Item;
 use super::spatial::Corners;
 use super::wide::{Stack, Tree};
 use super::{Nearest, is_mesh, items};
-use crate::accel::Hit;
+use crate::accel::{Hit, Quality};
 use crate::math::ray::{DRay, Ray};
 use crate::shape::Shape;
 use crate::shape::placed::{Group, Placed, Placement};
@@ -28,21 +28,21 @@ pub(super) struct Instances {
 impl Instances {
     /// Of those of `shapes` that are placed; `None` where none is. Shapes that are placed together follow each other, in
     /// the order of their group.
-    pub(super) fn build(shapes: &[Shape]) -> Option<Self> {
+    pub(super) fn build(shapes: &[Shape], quality: Quality) -> Option<Self> {
         let mut groups: Vec<Arc<GroupTrees>> = Vec::new();
         let mut known: HashMap<*const Group, usize> = HashMap::new();
         let (mut instances, mut table) = (Vec::new(), Vec::new());
         for (index, shape) in (0u32..).zip(shapes) {
             let Shape::Placed(placed @ Placed { index: 0, .. }) = shape else { continue };
             let group = *known.entry(Arc::as_ptr(&placed.group)).or_insert_with(|| {
-                groups.push(Arc::new(GroupTrees::build(&placed.group)));
+                groups.push(Arc::new(GroupTrees::build(&placed.group, quality)));
                 groups.len() - 1
             });
             let bounds = placed.placement.bounds_to_scene(placed.group.bounds());
             instances.push(Item::new(bounds, Hit { shape: table.len() as u32, primitive: 0 }));
             table.push(Instance { first: index, placement: placed.placement.clone(), group: groups[group].clone() });
         }
-        Tree::build(instances, &table[..]).map(|tree| Self { tree, groups })
+        Tree::build(instances, &table[..], quality).map(|tree| Self { tree, groups })
     }
 
     /// See [`super::Native::improve_by_others`].
@@ -149,11 +149,11 @@ struct GroupTrees {
 }
 
 impl GroupTrees {
-    fn build(group: &Group) -> Self {
+    fn build(group: &Group, quality: Quality) -> Self {
         let shapes = &group.shapes[..];
         Self {
-            triangles: Tree::build(items(shapes, is_mesh), shapes),
-            quadrics: Tree::build(items(shapes, |shape| !is_mesh(shape)), shapes),
+            triangles: Tree::build(items(shapes, is_mesh), shapes, quality),
+            quadrics: Tree::build(items(shapes, |shape| !is_mesh(shape)), shapes, quality),
         }
     }
 

@@ -17,7 +17,7 @@ mod spatial;
 mod triangles;
 mod wide;
 
-use super::{Hit, Start};
+use super::{Hit, Quality, Start};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use block::QuadricBlock;
@@ -50,11 +50,11 @@ enum Triangles {
 }
 
 impl Triangles {
-    fn build(shapes: &[Shape]) -> Option<Self> {
+    fn build(shapes: &[Shape], quality: Quality) -> Option<Self> {
         let items = items(shapes, is_mesh);
         match FlatList::build(&items, shapes) {
             Some(list) => Some(Self::Flat(list)),
-            None => Tree::build(items, shapes).map(Self::Tree),
+            None => Tree::build(items, shapes, quality).map(Self::Tree),
         }
     }
 
@@ -93,8 +93,8 @@ impl Nearest {
 
 impl Native {
     /// Builds over all of `shapes`, on the current rayon pool. The same trees for any number of threads.
-    pub(crate) fn build(shapes: &[Shape]) -> Self {
-        Self { triangles: Triangles::build(shapes), ..Self::build_others(shapes) }
+    pub(crate) fn build(shapes: &[Shape], quality: Quality) -> Self {
+        Self { triangles: Triangles::build(shapes, quality), ..Self::build_others(shapes, quality) }
     }
 
     /// How many triangles its hierarchy over them would have.
@@ -103,12 +103,12 @@ impl Native {
     }
 
     /// Builds over what is no mesh alone: quadrics and what is placed.
-    pub(crate) fn build_others(shapes: &[Shape]) -> Self {
+    pub(crate) fn build_others(shapes: &[Shape], quality: Quality) -> Self {
         let is_quadric = |shape: &Shape| !is_mesh(shape) && !matches!(shape, Shape::Placed(_));
         Self {
             triangles: None,
-            quadrics: Tree::build(items(shapes, is_quadric), shapes),
-            instances: Instances::build(shapes),
+            quadrics: Tree::build(items(shapes, is_quadric), shapes, quality),
+            instances: Instances::build(shapes, quality),
         }
     }
 

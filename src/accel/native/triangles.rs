@@ -332,6 +332,7 @@ fn meets_exactly(blocks: &[TriangleBlock], place: u32, ray: &Ray) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accel::Quality;
     use crate::accel::native::{is_mesh, items};
     use crate::shape::TriangleMesh;
     use fearless_simd::Level;
@@ -370,7 +371,10 @@ mod tests {
                 }
             })
             .collect();
-        let build = || Tree::<TriangleBlock>::build(items(&shapes, is_mesh), &shapes[..]).expect("there are triangles");
+        let build = || {
+            Tree::<TriangleBlock>::build(items(&shapes, is_mesh), &shapes[..], Quality::High)
+                .expect("there are triangles")
+        };
         let answers = |level: Level, from: &[Hit]| {
             let tree = build().at_level(level);
             let mut hits = vec![Nearest { t: 0.0, hit: Hit::NONE }; rays.len()];

@@ -46,10 +46,11 @@ use super::block::{Block, BlockRay, SceneRay};
 use super::build::{self, BinaryNode, Item, Kind, MAX_DEPTH};
 use super::collapse::Plans;
 use super::pages::Pages;
-use crate::accel::Hit;
+use crate::accel::{Hit, Quality};
 use crate::math::bounds::Bounds;
 use crate::math::float::{UNIT_ROUNDOFF, max};
 use crate::math::ray::Ray;
+use crate::math::simd;
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
@@ -282,12 +283,12 @@ pub(super) struct Tree<B: Block> {
 
 impl<B: Block> Tree<B> {
     /// Builds over `items`; none where there are none.
-    pub(super) fn build(mut items: Vec<Item>, source: &B::Source) -> Option<Self> {
+    pub(super) fn build(mut items: Vec<Item>, source: &B::Source, quality: Quality) -> Option<Self> {
         if items.is_empty() {
             return None;
         }
         let corners = B::corners(source);
-        let binary = build::build(&mut items, B::SIZE, corners.as_deref());
+        let binary = build::build(&mut items, B::SIZE, corners.as_deref(), quality);
         let mut layout = Layout { binary: &binary, plans: Plans::new(&binary), nodes: Vec::new(), leaves: Vec::new() };
         let (root, depth) = layout.add(0);
         let Layout { nodes, leaves, .. } = layout;
@@ -300,7 +301,7 @@ impl<B: Block> Tree<B> {
             root,
             reach: min.abs().max(max.abs()).max_element(),
             depth,
-            level: Level::new(),
+            level: simd::level(),
         })
     }
 

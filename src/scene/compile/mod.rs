@@ -13,7 +13,7 @@ mod uvs;
 
 use super::space::ToScene;
 use super::{Features, FilmSettings, Scene};
-use crate::accel::{Accel, Accelerator};
+use crate::accel::{Accel, Accelerator, Choice, Quality};
 use crate::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::light::{Light, LightSampler};
@@ -30,6 +30,8 @@ use std::time::{Duration, Instant};
 pub struct CompileOptions {
     /// Who answers ray queries.
     pub accelerator: Accelerator,
+    /// How carefully to build for them; by their number if not given.
+    pub quality: Option<Quality>,
     /// Threads that Embree may build with; our own builder takes the pool it is called in.
     pub threads: usize,
     /// Which of the file's cameras.
@@ -49,6 +51,8 @@ pub struct Compiled {
     pub light_names: Vec<String>,
     /// Complaints that were not fatal.
     pub warnings: Vec<String>,
+    /// Which accelerator was taken, and why.
+    pub accel_choice: Choice,
     /// Time that the accelerator took to build.
     pub accel_build: Duration,
 }
@@ -75,8 +79,9 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let start = Instant::now();
     let samples = options.samples.unwrap_or(camera.sampler.sample_count);
     let pixels = f64::from(camera.film.crop.width) * f64::from(camera.film.crop.height);
-    let which = options.accelerator.settle(&shapes, RAYS_PER_SAMPLE * pixels * f64::from(samples));
-    let accel = Accel::build(which, &shapes, options.threads)?;
+    let rays = RAYS_PER_SAMPLE * pixels * f64::from(samples);
+    let accel_choice = Choice::new(options.accelerator, options.quality, &shapes, rays);
+    let accel = Accel::build(accel_choice.accelerator, &shapes, options.threads, accel_choice.quality)?;
     let accel_build = start.elapsed();
     let features = features(description, &shapes, &look);
     let infinite_lights: Vec<u32> = (0u32..).zip(&look.lights).filter(|(_, l)| is_sky(l)).map(|(i, _)| i).collect();
@@ -108,7 +113,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         unit: to_scene.unit,
         centre: to_scene.centre,
     };
-    Ok(Compiled { scene, light_names: look.light_names, warnings, accel_build })
+    Ok(Compiled { scene, light_names: look.light_names, warnings, accel_choice, accel_build })
 }
 
 /// Whether rays that meet nothing else meet this light.
