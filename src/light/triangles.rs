@@ -145,11 +145,12 @@ impl Face {
 
     /// What `p`, in front of it, sees of it.
     fn seen_from(&self, p: DVec3) -> Seen {
-        let to = self.corners.map(|v| v - p);
-        let distances = to.map(DVec3::length);
-        let corners @ [a, b, c] = [0, 1, 2].map(|i| to[i] / distances[i]);
+        // Without `map`, which would be a call for each.
+        let [to_a, to_b, to_c] = [self.corners[0] - p, self.corners[1] - p, self.corners[2] - p];
+        let distances @ [far_a, far_b, far_c] = [to_a.length(), to_b.length(), to_c.length()];
+        let corners @ [a, b, c] = [to_a / far_a, to_b / far_b, to_c / far_c];
         // a·(b×c), all of whose digits that count are those of the distance to the plane.
-        let volume = self.normal.dot(p - self.corners[0]) / distances.iter().product::<f64>();
+        let volume = self.normal.dot(-to_a) / (far_a * far_b * far_c);
         let across = a + c;
         let half = libm::atan2(volume, 0.5 * across.length_squared() + b.dot(across));
         Seen { corners, distances, half }

@@ -24,7 +24,7 @@ use block::QuadricBlock;
 use build::Item;
 use flat::FlatList;
 use instance::Instances;
-use triangles::TriangleBlock;
+use triangles::{Best, TriangleBlock};
 #[cfg(feature = "embree")]
 pub(crate) use wide::Stack as TraversalStack;
 use wide::{Stack, Tree};
@@ -127,8 +127,12 @@ impl Native {
     pub(crate) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         let from = start.primitives();
         let with_distances = self.quadrics.is_some() || self.instances.is_some();
-        if let (Some(Triangles::Tree(tree)), false) = (&self.triangles, with_distances) {
-            tree.closest_hits(rays, from, |i, best| hits[i] = tree.hit(best));
+        if let Some(Triangles::Tree(tree)) = &self.triangles {
+            if with_distances {
+                self.closest_of_all(tree, rays, from, hits);
+            } else {
+                tree.closest_hits(rays, from, |i, best| hits[i] = tree.hit(best));
+            }
             return;
         }
         // A list needs none.
@@ -139,15 +143,29 @@ impl Native {
             let from = from.get(chunk * CHUNK..chunk * CHUNK + rays.len()).unwrap_or(&[]);
             match &self.triangles {
                 Some(Triangles::Flat(list)) => list.closest_hits(rays, from, nearest, with_distances),
-                Some(Triangles::Tree(tree)) => {
-                    tree.closest_hits(rays, from, |i, best| nearest[i] = tree.nearest(&rays[i], best));
-                }
-                None => nothing(rays, nearest),
+                _ => nothing(rays, nearest),
             }
             if with_distances {
                 self.improve_by_others(rays, from, nearest, stack.get_or_insert_with(Stack::new));
             }
             hits.iter_mut().zip(nearest).for_each(|(hit, nearest)| *hit = nearest.hit);
+        }
+    }
+
+    /// The same with a tree of triangles and others. How far a triangle is matters only where another is not beyond its bound.
+    fn closest_of_all(&self, tree: &Tree<TriangleBlock>, rays: &[Ray], from: &[Hit], hits: &mut [Hit]) {
+        let mut triangles = vec![Best::NONE; rays.len()];
+        tree.closest_hits(rays, from, |i, best| triangles[i] = *best);
+        let bound = |best: &Best| Nearest { t: best.limit(), hit: tree.hit(best) };
+        let mut nearest: Vec<Nearest> = triangles.iter().map(bound).collect();
+        self.improve_by_others(rays, from, &mut nearest, &mut Stack::new());
+        for (i, (best, other)) in triangles.iter().zip(&nearest).enumerate() {
+            hits[i] = other.hit;
+            if best.is_some() && other.hit != tree.hit(best) {
+                let mut nearest = tree.nearest(&rays[i], best);
+                nearest.offer(other.t, other.hit);
+                hits[i] = nearest.hit;
+            }
         }
     }
 
