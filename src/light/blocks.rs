@@ -261,7 +261,7 @@ impl Cone {
 
     fn holding(axis: DVec3, directions: impl IntoIterator<Item = DVec3>) -> Self {
         let least = directions.into_iter().map(|d| axis.dot(d)).fold(1.0, f64::min);
-        Self { axis, radius: least.max(-1.0).acos() }
+        Self { axis, radius: libm::acos(least.max(-1.0)) }
     }
 
     /// What a block in this cone counts for surfaces with these normals: see the head of this file.
@@ -270,7 +270,7 @@ impl Cone {
         if radius >= FRAC_PI_2 {
             return 1.0;
         }
-        let (cos, sin) = (self.axis.dot(normals.axis), radius.sin());
+        let (cos, sin) = (self.axis.dot(normals.axis), libm::sin(radius));
         if cos >= sin { cos } else { (0.5 * (cos + sin)).max(0.0) }
     }
 }
