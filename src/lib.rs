@@ -10,6 +10,7 @@ pub mod accel;
 pub mod bench;
 pub mod bsdf;
 pub mod camera;
+pub mod check;
 pub mod cli;
 pub mod description;
 pub mod error;

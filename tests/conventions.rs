@@ -15,12 +15,12 @@ const ROWS: [&[&str]; 10] = [
     &["scene"],
     &["integrator"],
     &["render"],
-    &["bench"],
+    &["bench", "check"],
     &["cli", "main", "lib"],
 ];
 
 /// What a row allows but the table forbids.
-const FORBIDDEN: [(&str, &[&str]); 11] = [
+const FORBIDDEN: [(&str, &[&str]); 12] = [
     ("bsdf", &["description"]),
     ("camera", &["description"]),
     ("film", &["description"]),
@@ -32,6 +32,7 @@ const FORBIDDEN: [(&str, &[&str]); 11] = [
     ("scene", &["film", "loader"]),
     ("integrator", &["loader", "description"]),
     ("bench", &["loader", "description"]),
+    ("check", &["loader", "description"]),
 ];
 
 /// Longest source file. Tables of data are files of their own and may be longer.

@@ -88,12 +88,7 @@ impl Accel {
     /// Keeps copies of what it needs. Fails where Embree is asked for and not compiled in, cannot be started, is of
     /// another version than snell was compiled with, or runs out of memory; and with more than 2³¹ primitives.
     pub fn build(which: Accelerator, shapes: &[Shape], threads: usize, quality: Quality) -> Result<Self> {
-        let primitives = stored_primitives(shapes);
-        if primitives > Self::MAX_PRIMITIVES {
-            return Err(Error::Accelerator(format!(
-                "{primitives} primitives are more than the accelerators can number"
-            )));
-        }
+        check_number(shapes)?;
         Ok(Self(match Choice::new(which, Some(quality), shapes, f64::INFINITY).accelerator {
             Accelerator::Auto | Accelerator::Native => Kind::Native(Native::build(shapes, quality)),
             #[cfg(feature = "embree")]
@@ -108,6 +103,13 @@ impl Accel {
                 ));
             }
         }))
+    }
+
+    /// Our own accelerator as processors have it that can do no more than all of their kind: one ray at a time. It must give
+    /// the same answers. Fails as [`Self::build`] does.
+    pub fn build_baseline(shapes: &[Shape]) -> Result<Self> {
+        check_number(shapes)?;
+        Ok(Self(Kind::Native(Native::build(shapes).at_baseline())))
     }
 
     /// The first surface that each ray meets in its open interval, or [`Hit::NONE`]. Of surfaces at the same distance
@@ -196,6 +198,15 @@ impl Accel {
             Kind::Native(_) => None,
         }
     }
+}
+
+/// Fails with more primitives than have numbers.
+fn check_number(shapes: &[Shape]) -> Result<()> {
+    let primitives = stored_primitives(shapes);
+    if primitives > Accel::MAX_PRIMITIVES {
+        return Err(Error::Accelerator(format!("{primitives} primitives are more than the accelerators can number")));
+    }
+    Ok(())
 }
 
 /// How many primitives hierarchies are built over: those of a group once, and each of its placements counts as one.

@@ -224,3 +224,38 @@ pub fn verdict(shapes: &[Shape], ray: &Ray, embree: Hit, native: Hit) -> Verdict
         _ => Verdict::Edge,
     }
 }
+
+/// How an answer compares with the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// It is what the oracle finds.
+    Same,
+    /// Another hit or none, and as right: as far within rounding, or decided on the rim of a triangle.
+    Tie,
+    /// There is a true hit that is nearer.
+    Missed,
+    /// What it names, the ray does not meet in its interval.
+    False,
+}
+
+/// Judges what was said to be the closest hit of `ray`; `truth` is what [`closest`] says.
+///
+/// Where the truth is on a rim, so that f32 may pass it by, the answer must still be as near as whatever the ray meets
+/// for certain. Distances that are the same in f32 are the same: no accelerator tells them apart.
+pub fn standing(shapes: &[Shape], ray: &Ray, truth: Hit, answer: Hit) -> Standing {
+    if answer == truth {
+        return Standing::Same;
+    }
+    match verdict(shapes, ray, truth, answer) {
+        Verdict::NativeFalse => return Standing::False,
+        Verdict::Tie => return Standing::Tie,
+        _ => {}
+    }
+    let distance = |hit: Hit| if hit.is_some() { contact(shapes, hit, ray).distance() } else { None };
+    let (t, error) = distance(answer).unwrap_or((f64::INFINITY, 0.0));
+    let is_nearer = |hit: Hit| match contact(shapes, hit, ray) {
+        Contact::Inside(nearer, rounding) => nearer + rounding + error < t && (nearer as f32) < t as f32,
+        _ => false,
+    };
+    if ids(shapes).any(is_nearer) { Standing::Missed } else { Standing::Tie }
+}

@@ -29,11 +29,45 @@ pub(super) enum Command {
     Diff(DiffArgs),
     /// Measure error against time and samples, of one way to render or several, and write a page, a table and figures.
     Bench(BenchArgs),
+    /// Check this snell: whether its accelerators find what rays meet. Without an option that names a check, all there are.
+    Check(CheckArgs),
     /// Print a completion script for a shell.
     Completions {
         /// Which shell.
         shell: Shell,
     },
+}
+
+/// What to check.
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    /// Nasty rays at nasty meshes: our own accelerator, Embree where it is compiled in, and slow but certain answers.
+    #[arg(long)]
+    pub(super) accel: bool,
+    /// Rays of each kind at each mesh.
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) rays: u64,
+    /// Take hours: 10^8 random rays, 10^9 at edges and vertices of closed meshes, and 10^6 of each other kind at each mesh.
+    #[arg(long, conflicts_with = "rays")]
+    pub(super) long: bool,
+    /// Seed of meshes and rays.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) seed: u64,
+    /// This mesh alone.
+    #[arg(long, value_name = "NAME")]
+    pub(super) mesh: Option<String>,
+    /// This kind of rays alone.
+    #[arg(long, value_name = "NAME")]
+    pub(super) kind: Option<String>,
+    /// This ray alone, with what everyone says of it.
+    #[arg(long, value_name = "N", requires = "mesh", requires = "kind")]
+    pub(super) ray: Option<u64>,
+    /// Threads; 0 for one a core.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=MAX_THREADS))]
+    pub(super) threads: u32,
+    /// Show answers of Embree that are wrong, too.
+    #[arg(short, long)]
+    pub(super) verbose: bool,
 }
 
 /// What to measure, and against what.

@@ -5,6 +5,7 @@
 mod aov;
 mod args;
 mod bench;
+mod check;
 mod diff;
 mod error_estimate;
 mod info;
@@ -56,6 +57,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Info(a) => info::run(a).map(|()| ExitCode::SUCCESS),
         Command::Diff(a) => diff::run(a),
         Command::Bench(a) => bench::run(a, &shell_line(&words)),
+        Command::Check(a) => check::run(a),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Arguments::command(), "snell", &mut script);

@@ -239,6 +239,11 @@ impl FlatList {
         Some(Self { rows, reach, level: simd::level() })
     }
 
+    /// The same list, tested by another instruction set.
+    pub(super) fn at_level(self, level: Level) -> Self {
+        Self { level, ..self }
+    }
+
     /// Bytes held.
     pub(super) fn memory_bytes(&self) -> u64 {
         let Rows { rows, triangles, .. } = &self.rows;

@@ -22,6 +22,7 @@ use crate::math::ray::Ray;
 use crate::shape::Shape;
 use block::QuadricBlock;
 use build::Item;
+use fearless_simd::Level;
 use flat::FlatList;
 use instance::Instances;
 use triangles::{Best, TriangleBlock};
@@ -55,6 +56,13 @@ impl Triangles {
         match FlatList::build(&items, shapes) {
             Some(list) => Some(Self::Flat(list)),
             None => Tree::build(items, shapes, quality).map(Self::Tree),
+        }
+    }
+
+    fn at_level(self, level: Level) -> Self {
+        match self {
+            Self::Flat(list) => Self::Flat(list.at_level(level)),
+            Self::Tree(tree) => Self::Tree(tree.at_level(level)),
         }
     }
 
@@ -95,6 +103,17 @@ impl Native {
     /// Builds over all of `shapes`, on the current rayon pool. The same trees for any number of threads.
     pub(crate) fn build(shapes: &[Shape], quality: Quality) -> Self {
         Self { triangles: Triangles::build(shapes, quality), ..Self::build_others(shapes, quality) }
+    }
+
+    /// The same, walked by the instruction set that every processor of its kind has, and so one ray at a time, but for what
+    /// is inside of placed groups.
+    pub(crate) fn at_baseline(self) -> Self {
+        let level = Level::baseline();
+        Self {
+            triangles: self.triangles.map(|triangles| triangles.at_level(level)),
+            quadrics: self.quadrics.map(|tree| tree.at_level(level)),
+            ..self
+        }
     }
 
     /// How many triangles its hierarchy over them would have.

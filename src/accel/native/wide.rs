@@ -306,7 +306,6 @@ impl<B: Block> Tree<B> {
     }
 
     /// The same tree, walked by another instruction set.
-    #[cfg(test)]
     pub(super) fn at_level(self, level: Level) -> Self {
         Self { level, ..self }
     }

@@ -1,0 +1,332 @@
+//! The accelerators against each other and the oracle, ray by ray.
+//!
+//! Each ray is traced by our own accelerator twice, once as it is and once one ray at a time
+//! ([`Accel::build_baseline`]), and by Embree where that is compiled in. Where all say the same, one of [`ASKED`] rays is
+//! still put to the oracle; where they differ, it decides ([`oracle::standing`]). Whether a ray is hidden must follow from
+//! its closest hit.
+
+use super::meshes::Mesh;
+use super::rays::{Aimed, RayKind, aim};
+use crate::accel::comparison::EXAMPLES;
+use crate::accel::oracle::{self, Contact, Standing};
+use crate::accel::{Accel, Accelerator, Hit};
+use crate::error::Result;
+use crate::shape::Shape;
+use rayon::prelude::*;
+
+/// One of so many rays is judged by the oracle even if nobody differs.
+pub const ASKED: u64 = 16;
+
+/// Rays that a thread takes at a time.
+const CHUNK: u64 = 1024;
+
+/// Who answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Who {
+    /// Our own accelerator.
+    Native,
+    /// Our own, one ray at a time.
+    Baseline,
+    /// Embree.
+    Embree,
+}
+
+impl Who {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Baseline => "native, one ray at a time",
+            Self::Embree => "embree",
+        }
+    }
+}
+
+/// What is wrong with an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Nothing was met by a ray that passes through the inside of a closed mesh.
+    Lost,
+    /// There is a true hit that is nearer.
+    Missed,
+    /// What was named is not met.
+    False,
+    /// Whether anything was met does not follow from what was met first.
+    Any,
+}
+
+/// What somebody says of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// Who.
+    pub who: Who,
+    /// The closest hit.
+    pub hit: Hit,
+    /// Whether there is any.
+    pub any: bool,
+}
+
+/// What somebody said of a ray that is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrong {
+    /// The number of the ray.
+    pub index: u64,
+    /// What was said.
+    pub answer: Answer,
+    /// What is wrong with it.
+    pub fault: Fault,
+}
+
+/// What is known of one accelerator, or of our own in both forms.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// Answers that are wrong, but for lost rays.
+    pub wrong: u64,
+    /// Rays through a closed mesh that met nothing.
+    pub lost: u64,
+    /// The first few.
+    pub examples: Vec<Wrong>,
+}
+
+impl Faults {
+    fn add(&mut self, wrong: Wrong) {
+        *(if wrong.fault == Fault::Lost { &mut self.lost } else { &mut self.wrong }) += 1;
+        if self.examples.len() < EXAMPLES {
+            self.examples.push(wrong);
+        }
+    }
+
+    fn and(mut self, later: Self) -> Self {
+        self.examples.extend(later.examples);
+        self.examples.truncate(EXAMPLES);
+        Self { wrong: self.wrong + later.wrong, lost: self.lost + later.lost, examples: self.examples }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.wrong == 0 && self.lost == 0
+    }
+}
+
+/// What came of rays of a kind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Counts {
+    /// Rays traced.
+    pub rays: u64,
+    /// Rays that met something.
+    pub hits: u64,
+    /// Rays of which somebody said something else than the oracle that is as right.
+    pub ties: u64,
+    /// Rays that were put to the oracle.
+    pub asked: u64,
+    /// What our own did wrong.
+    pub native: Faults,
+    /// What Embree did wrong.
+    pub embree: Faults,
+}
+
+impl Counts {
+    /// Both together; the rays of `later` have larger numbers.
+    #[must_use]
+    pub fn and(self, later: Self) -> Self {
+        Self {
+            rays: self.rays + later.rays,
+            hits: self.hits + later.hits,
+            ties: self.ties + later.ties,
+            asked: self.asked + later.asked,
+            native: self.native.and(later.native),
+            embree: self.embree.and(later.embree),
+        }
+    }
+
+    /// Takes what all said of a ray. `ask` says that the oracle must be asked.
+    pub fn take(&mut self, shapes: &[Shape], index: u64, aimed: &Aimed, answers: &[Answer], ask: bool) {
+        self.rays += 1;
+        self.hits += u64::from(answers[0].hit.is_some());
+        let is_clear = |a: &Answer| a.hit == answers[0].hit && a.any == a.hit.is_some();
+        let is_lost = aimed.must_hit && !answers[0].hit.is_some();
+        if !ask && !is_lost && answers.iter().all(is_clear) {
+            return;
+        }
+        self.asked += 1;
+        let truth = oracle::closest(shapes, &aimed.ray).map_or(Hit::NONE, |(hit, _)| hit);
+        let mut tied = false;
+        for &answer in answers {
+            match judge(shapes, aimed, truth, answer) {
+                Ok(tie) => tied |= tie,
+                Err(fault) => {
+                    let faults = if answer.who == Who::Embree { &mut self.embree } else { &mut self.native };
+                    faults.add(Wrong { index, answer, fault });
+                }
+            }
+        }
+        self.ties += u64::from(tied);
+    }
+}
+
+/// Whether a right answer is another one than the oracle's closest hit, `truth`; or what is wrong with it.
+pub fn judge(shapes: &[Shape], aimed: &Aimed, truth: Hit, answer: Answer) -> std::result::Result<bool, Fault> {
+    let Answer { who, hit, any } = answer;
+    if aimed.must_hit && !(hit.is_some() && any) {
+        return Err(Fault::Lost);
+    }
+    let tie = match oracle::standing(shapes, &aimed.ray, truth, hit) {
+        Standing::Missed => return Err(Fault::Missed),
+        Standing::False => return Err(Fault::False),
+        Standing::Tie => true,
+        Standing::Same => false,
+    };
+    // Embree takes other code for any hit, which may decide about a rim in another way; ours may not.
+    let certain = |hit: Hit| hit.is_some() && matches!(oracle::contact(shapes, hit, &aimed.ray), Contact::Inside(..));
+    if any != hit.is_some() && (who != Who::Embree || certain(hit) || certain(truth) || any && !truth.is_some()) {
+        return Err(Fault::Any);
+    }
+    Ok(tie)
+}
+
+/// The accelerators over one mesh.
+#[derive(Debug)]
+pub struct Contest<'a> {
+    mesh: &'a Mesh,
+    seed: u64,
+    accels: Vec<(Who, Accel)>,
+}
+
+impl<'a> Contest<'a> {
+    /// Builds all that there are and that can take the mesh.
+    pub fn new(mesh: &'a Mesh, seed: u64) -> Result<Self> {
+        let mut accels = vec![
+            (Who::Native, Accel::build(Accelerator::Native, &mesh.shapes, 0)?),
+            (Who::Baseline, Accel::build_baseline(&mesh.shapes)?),
+        ];
+        if cfg!(feature = "embree") && mesh.suits_embree {
+            accels.push((Who::Embree, Accel::build(Accelerator::Embree, &mesh.shapes, 0)?));
+        }
+        Ok(Self { mesh, seed, accels })
+    }
+
+    /// Whether Embree is among them.
+    pub fn has_embree(&self) -> bool {
+        self.accels.iter().any(|(who, _)| *who == Who::Embree)
+    }
+
+    /// What comes of the rays with the numbers `from` to `to`, on the current rayon pool. It does not depend on how many
+    /// threads that has.
+    pub fn run(&self, kind: RayKind, from: u64, to: u64) -> Counts {
+        let chunks = (to - from).div_ceil(CHUNK);
+        let chunk = |i: u64| {
+            let start = from + i * CHUNK;
+            self.chunk(kind, start, to.min(start + CHUNK))
+        };
+        (0..chunks).into_par_iter().map(chunk).reduce(Counts::default, Counts::and)
+    }
+
+    fn chunk(&self, kind: RayKind, from: u64, to: u64) -> Counts {
+        let aimed: Vec<Aimed> = (from..to).map(|index| aim(self.mesh, kind, self.seed, index)).collect();
+        let answers = self.answers(&aimed);
+        let mut counts = Counts::default();
+        let mut of_ray = Vec::with_capacity(answers.len());
+        for ((index, aimed), i) in (from..to).zip(&aimed).zip(0..) {
+            of_ray.clear();
+            of_ray.extend(answers.iter().map(|answers| answers[i]));
+            counts.take(&self.mesh.shapes, index, aimed, &of_ray, index % ASKED == 0);
+        }
+        counts
+    }
+
+    /// What each says of each ray.
+    pub fn answers(&self, aimed: &[Aimed]) -> Vec<Vec<Answer>> {
+        let rays: Vec<_> = aimed.iter().map(|aimed| aimed.ray).collect();
+        let mut hits = vec![Hit::NONE; rays.len()];
+        let mut any = vec![false; rays.len()];
+        let mut of = |(who, accel): &(Who, Accel)| {
+            accel.closest_hits(&rays, &mut hits);
+            accel.occluded(&rays, &mut any);
+            hits.iter().zip(&any).map(|(&hit, &any)| Answer { who: *who, hit, any }).collect()
+        };
+        self.accels.iter().map(&mut of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::meshes::MESHES;
+    use crate::check::random::Rng;
+    use crate::math::ray::Ray;
+    use glam::Vec3;
+
+    /// A square of two triangles at z = 0, one at z = 1, and one beside them.
+    fn squares() -> Vec<Shape> {
+        let at = |x: f32, z: f32| {
+            let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[u, v]| Vec3::new(x + u, v, z));
+            [[a, b, c], [a, c, d]]
+        };
+        vec![crate::check::meshes::soup(&[at(0.0, 0.0), at(0.0, 1.0), at(5.0, 0.0)].concat())]
+    }
+
+    fn counted(ray: Ray, must_hit: bool, hit: Option<u32>, any: bool) -> Counts {
+        let hit = hit.map_or(Hit::NONE, |primitive| Hit { shape: 0, primitive });
+        let answers = [Answer { who: Who::Native, hit, any }];
+        let mut counts = Counts::default();
+        counts.take(&squares(), 3, &Aimed { ray, must_hit }, &answers, true);
+        counts
+    }
+
+    #[test]
+    fn wrong_answers_are_noticed() {
+        let ray = Ray::new(Vec3::new(0.75, 0.25, -1.0), Vec3::Z);
+        assert_eq!(counted(ray, false, Some(0), true), Counts { rays: 1, hits: 1, asked: 1, ..Counts::default() });
+        for (must_hit, hit, any, fault) in [
+            (false, None, false, Fault::Missed),
+            (true, None, false, Fault::Lost),
+            (true, Some(0), false, Fault::Lost),
+            (false, Some(1), true, Fault::False),
+            (false, Some(4), true, Fault::False),
+            (false, Some(2), true, Fault::Missed),
+            (false, Some(0), false, Fault::Any),
+        ] {
+            let counts = counted(ray, must_hit, hit, any);
+            assert_eq!(counts.native.wrong + counts.native.lost, 1, "{hit:?}");
+            assert_eq!(counts.native.lost == 1, fault == Fault::Lost, "{hit:?}");
+            assert_eq!((counts.native.examples[0].fault, counts.native.examples[0].index), (fault, 3), "{hit:?}");
+            assert!(!counts.native.is_empty() && counts.embree.is_empty());
+        }
+        assert_eq!(counted(Ray::new(ray.o, -ray.d), false, None, true).native.examples[0].fault, Fault::Any);
+    }
+
+    #[test]
+    fn on_a_rim_either_is_right_but_nothing_behind() {
+        let ray = Ray::new(Vec3::new(0.5, 0.5, -1.0), Vec3::Z);
+        for primitive in [0, 1] {
+            assert!(counted(ray, true, Some(primitive), true).native.is_empty());
+        }
+        // Past the rim of both squares f32 may go; but not past what is behind, were that met for certain.
+        assert!(counted(ray, false, Some(3), true).native.is_empty());
+        let mut shapes = squares();
+        shapes.push(crate::check::meshes::soup(&[
+            [Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y].map(|v| v - Vec3::new(0.25, 0.25, -0.5))
+        ]));
+        let answer = Answer { who: Who::Embree, hit: Hit { shape: 0, primitive: 3 }, any: true };
+        let mut counts = Counts::default();
+        counts.take(&shapes, 0, &Aimed { ray, must_hit: false }, &[answer], true);
+        assert_eq!((counts.embree.examples[0].fault, counts.embree.wrong), (Fault::Missed, 1));
+    }
+
+    /// The same counts for one thread and for three, and in parts.
+    #[test]
+    fn threads_and_parts_change_nothing() {
+        let mesh = Mesh::new(8, 5);
+        assert_eq!(MESHES[8].0, "sphere");
+        let contest = Contest::new(&mesh, 5).unwrap();
+        let whole = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| contest.run(RayKind::Vertex, 0, 9000))
+        };
+        let all = whole(1);
+        assert_eq!(all, whole(3));
+        assert_eq!(all, contest.run(RayKind::Vertex, 0, 1234).and(contest.run(RayKind::Vertex, 1234, 9000)));
+        assert_eq!((all.rays, all.hits), (9000, 9000));
+        assert!(Rng::of(5, &[1]).next() != Rng::of(6, &[1]).next());
+    }
+}

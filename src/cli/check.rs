@@ -1,0 +1,222 @@
+//! `snell check`: whether the installed command answers right.
+
+use super::args::CheckArgs;
+use super::{EXIT_FAILED, prepare};
+use crate::accel::{Hit, oracle};
+use crate::check::accel::{ASKED, Answer, Contest, Counts, Faults, Wrong, judge};
+use crate::check::meshes::{MESHES, Mesh};
+use crate::check::rays::{Aimed, RayKind, aim};
+use crate::error::{Error, Result};
+use crate::math::ray::Ray;
+use glam::Vec3;
+use std::io::{IsTerminal, Write};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Wrong answers that are shown of each kind and mesh.
+const SHOWN: usize = 3;
+
+/// After so many rays of a kind and mesh a line says how far it is.
+const STEP: u64 = 1 << 24;
+
+/// Random rays of `--long`, in all.
+const LONG_RANDOM: u64 = 100_000_000;
+
+/// Rays at edges and vertices of closed meshes of `--long`, in all.
+const LONG_RIM: u64 = 1_000_000_000;
+
+/// Rays of every other kind at each mesh.
+const LONG_OTHER: u64 = 1_000_000;
+
+/// Runs the checks that are asked for: 0 if all is right, 1 if our own accelerator is wrong.
+pub(super) fn run(args: &CheckArgs) -> Result<ExitCode> {
+    // There is one check so far, so that `--accel` asks for all there are.
+    let _ = args.accel;
+    let meshes = chosen("mesh", args.mesh.as_deref(), MESHES.map(|(name, _)| name))?;
+    let kinds = chosen("kind", args.kind.as_deref(), RayKind::ALL.map(RayKind::name))?;
+    let pool = prepare::pool(args.threads)?;
+    let right = pool.install(|| match args.ray {
+        Some(index) => replay(args, meshes[0], RayKind::ALL[kinds[0]], index),
+        None => all(args, &meshes, &kinds),
+    })?;
+    Ok(if right { ExitCode::SUCCESS } else { ExitCode::from(EXIT_FAILED) })
+}
+
+/// The places of what is named, or of all.
+fn chosen<const N: usize>(what: &str, name: Option<&str>, names: [&str; N]) -> Result<Vec<usize>> {
+    let Some(name) = name else { return Ok((0..N).collect()) };
+    match names.iter().position(|&known| known == name) {
+        Some(place) => Ok(vec![place]),
+        None => {
+            let known = names.join(", ");
+            Err(Error::Usage(format!("--{what}: '{name}' is not known; expected one of {known}")))
+        }
+    }
+}
+
+/// How many rays of a kind are for a mesh.
+fn rays(args: &CheckArgs, mesh: &Mesh, kind: RayKind) -> u64 {
+    let closed = || (0..MESHES.len()).filter(|&i| Mesh::new(i, args.seed).is_closed()).count() as u64;
+    match kind {
+        _ if !args.long => args.rays,
+        RayKind::Random => LONG_RANDOM.div_ceil(MESHES.len() as u64),
+        RayKind::Edge | RayKind::Vertex if mesh.is_closed() => LONG_RIM.div_ceil(2 * closed()),
+        _ => LONG_OTHER,
+    }
+}
+
+fn print(line: std::fmt::Arguments<'_>) {
+    // Nobody may be reading.
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// The table. Returns whether our own is right.
+fn all(args: &CheckArgs, meshes: &[usize], kinds: &[usize]) -> Result<bool> {
+    print(format_args!("{:<10} {:<8} {:>10} {:>10} {:>8} | {:^15} | {:^15} |", "", "", "", "", "", "native", "embree"));
+    print(format_args!(
+        "{:<10} {:<8} {:>10} {:>10} {:>8} | {:>7} {:>7} | {:>7} {:>7} |",
+        "mesh", "rays", "number", "hits", "ties", "wrong", "lost", "wrong", "lost"
+    ));
+    let start = Instant::now();
+    let (mut sum, mut must_hit) = (Counts::default(), 0);
+    for &index in meshes {
+        let mesh = Mesh::new(index, args.seed);
+        let contest = Contest::new(&mesh, args.seed)?;
+        for &kind in kinds {
+            let kind = RayKind::ALL[kind];
+            let counts = trace(&contest, &mesh, kind, rays(args, &mesh, kind));
+            row(args, &contest, &mesh, kind, &counts);
+            must_hit += if can_lose(&mesh, kind) { counts.rays } else { 0 };
+            sum = sum.and(counts);
+        }
+    }
+    let Counts { rays, asked, ties, native, embree, .. } = &sum;
+    print(format_args!(
+        "{rays} rays in {:.1} s, {must_hit} of them through closed meshes",
+        start.elapsed().as_secs_f64()
+    ));
+    print(format_args!(
+        "{asked} were put to the oracle: one of {ASKED}, and all where answers differ; {ties} were ties or on rims"
+    ));
+    print(format_args!(
+        "native: {} wrong, {} lost; embree: {} wrong, {} lost",
+        native.wrong, native.lost, embree.wrong, embree.lost
+    ));
+    Ok(native.is_empty())
+}
+
+/// Whether rays of a kind are known to meet something.
+fn can_lose(mesh: &Mesh, kind: RayKind) -> bool {
+    mesh.is_closed() && matches!(kind, RayKind::Edge | RayKind::Vertex)
+}
+
+/// Traces in steps, and says after each how far it is.
+fn trace(contest: &Contest<'_>, mesh: &Mesh, kind: RayKind, rays: u64) -> Counts {
+    let mut counts = Counts::default();
+    let start = Instant::now();
+    while counts.rays < rays {
+        let done = counts.rays;
+        counts = counts.and(contest.run(kind, done, rays.min(done + STEP)));
+        if counts.rays < rays {
+            let (percent, seconds) = (100 * counts.rays / rays, start.elapsed().as_secs_f64());
+            let _ = writeln!(std::io::stderr(), "{} {}: {percent} % after {seconds:.0} s", mesh.name, kind.name());
+        }
+    }
+    counts
+}
+
+/// A line of the table, and what was answered wrong.
+fn row(args: &CheckArgs, contest: &Contest<'_>, mesh: &Mesh, kind: RayKind, counts: &Counts) {
+    let right = counts.native.is_empty();
+    let word = match (right, std::io::stdout().is_terminal()) {
+        (true, false) => "ok",
+        (false, false) => "FAILED",
+        (true, true) => "\x1b[32mok\x1b[0m",
+        (false, true) => "\x1b[31mFAILED\x1b[0m",
+    };
+    let lost = |faults: &Faults| if can_lose(mesh, kind) { faults.lost.to_string() } else { "-".into() };
+    let embree = if contest.has_embree() {
+        [counts.embree.wrong.to_string(), lost(&counts.embree)]
+    } else {
+        ["-".into(), "-".into()]
+    };
+    print(format_args!(
+        "{:<10} {:<8} {:>10} {:>10} {:>8} | {:>7} {:>7} | {:>7} {:>7} | {word}",
+        mesh.name,
+        kind.name(),
+        counts.rays,
+        counts.hits,
+        counts.ties,
+        counts.native.wrong,
+        lost(&counts.native),
+        embree[0],
+        embree[1],
+    ));
+    let of_embree = if args.verbose { &counts.embree.examples[..] } else { &[] };
+    for wrong in counts.native.examples.iter().take(SHOWN).chain(of_embree.iter().take(SHOWN)) {
+        show(args, mesh, kind, wrong);
+    }
+}
+
+fn show(args: &CheckArgs, mesh: &Mesh, kind: RayKind, wrong: &Wrong) {
+    let Wrong { index, answer, fault } = wrong;
+    let ray = aim(mesh, kind, args.seed, *index).ray;
+    print(format_args!("  {}: {fault:?}: {}", answer.who.name(), said(answer)));
+    print(format_args!("    oracle: {}", truth(mesh, &ray).1));
+    print(format_args!("    {}", literal(&ray)));
+    print(format_args!(
+        "    snell check --accel --mesh {} --kind {} --ray {index} --seed {}",
+        mesh.name,
+        kind.name(),
+        args.seed
+    ));
+}
+
+/// Traces one ray alone and tells what everyone says. Returns whether our own is right.
+fn replay(args: &CheckArgs, mesh: usize, kind: RayKind, index: u64) -> Result<bool> {
+    let mesh = Mesh::new(mesh, args.seed);
+    let contest = Contest::new(&mesh, args.seed)?;
+    let aimed: Aimed = aim(&mesh, kind, args.seed, index);
+    print(format_args!("{}", literal(&aimed.ray)));
+    if aimed.must_hit {
+        print(format_args!("through a closed mesh: it meets something"));
+    }
+    let (closest, text) = truth(&mesh, &aimed.ray);
+    print(format_args!("oracle: {text}"));
+    for answer in contest.answers(&[aimed]).concat() {
+        let verdict = match judge(&mesh.shapes, &aimed, closest, answer) {
+            Ok(false) => "right".into(),
+            Ok(true) => "as right: a tie, or on a rim".into(),
+            Err(fault) => format!("wrong: {fault:?}"),
+        };
+        print(format_args!("{}: {}: {verdict}", answer.who.name(), said(&answer)));
+        if answer.hit.is_some() {
+            print(format_args!("  {:?}", oracle::contact(&mesh.shapes, answer.hit, &aimed.ray)));
+        }
+    }
+    Ok(contest.run(kind, index, index.saturating_add(1)).native.is_empty())
+}
+
+/// What the oracle finds, and where.
+fn truth(mesh: &Mesh, ray: &Ray) -> (Hit, String) {
+    match oracle::closest(&mesh.shapes, ray) {
+        None => (Hit::NONE, "nothing".into()),
+        Some((hit, t)) => (hit, format!("{} at {t:e}, {:?}", named(hit), oracle::contact(&mesh.shapes, hit, ray))),
+    }
+}
+
+fn named(hit: Hit) -> String {
+    if hit.is_some() { format!("shape {} primitive {}", hit.shape, hit.primitive) } else { "nothing".into() }
+}
+
+fn said(answer: &Answer) -> String {
+    format!("{}, {}", named(answer.hit), if answer.any { "hidden" } else { "free" })
+}
+
+/// A ray as Rust reads it, to the last bit.
+fn literal(ray: &Ray) -> String {
+    let number = |x: f32| if x.is_infinite() { "f32::INFINITY".into() } else { format!("{x:e}") };
+    let vector = |v: Vec3| format!("Vec3::new({})", v.to_array().map(number).join(", "));
+    let [tmin, tmax] = [ray.tmin, ray.tmax].map(number);
+    format!("Ray {{ o: {}, tmin: {tmin}, d: {}, tmax: {tmax} }}", vector(ray.o), vector(ray.d))
+}
