@@ -4,9 +4,9 @@
 mod accel_support;
 
 use accel_support::{
-    Rng, accelerators, boxes, build, check, chord, closed_cylinder, closest, cuboid, displaced_sphere, is_inside,
-    occluded, on_surface, random_axes, random_cylinder, random_disk, random_instances, random_rays, random_soup,
-    random_sphere, scaled, segment, soup, spawned,
+    Rng, accelerators, boxes, build, check, chord, closed_cylinder, closest, cuboid, degenerate, displaced_sphere,
+    is_inside, layers, occluded, on_surface, random_axes, random_cylinder, random_disk, random_instances, random_rays,
+    random_soup, random_sphere, scaled, segment, slivers, soup, spawned,
 };
 use glam::Vec3;
 use snell::accel::oracle::{self, Verdict};
@@ -68,10 +68,7 @@ fn tree_finds_what_a_loop_finds() {
 fn slivers() {
     let mut rng = Rng(2);
     for width in [1e-3, 1e-5, 1e-6, 1e-7] {
-        let triangles: Vec<_> = random_soup(&mut rng, 300, 0.5)
-            .into_iter()
-            .map(|[a, b, _]| [a, b, a + rng.unit() * (b - a) + width * rng.in_cube()])
-            .collect();
+        let triangles = slivers(&mut rng, 300, width);
         let rays: Vec<Ray> = (0..2000)
             .map(|_| {
                 let [a, b, c] = triangles[rng.below(triangles.len())];
@@ -88,10 +85,7 @@ fn slivers() {
 #[test]
 fn degenerate_triangles() {
     let mut rng = Rng(16);
-    let mut triangles = Vec::new();
-    for [a, b, c] in random_soup(&mut rng, 100, 0.6) {
-        triangles.extend([[a, a, a], [a, b, b], [a, b, a], [a, 0.5 * (a + b), b], [a, b, c]]);
-    }
+    let triangles = degenerate(&mut rng, 100);
     let flat: Vec<_> = triangles.iter().copied().filter(|[a, b, c]| (b - a).cross(c - a) == Vec3::ZERO).collect();
     assert!(flat.len() >= 300, "{}", flat.len());
     for triangles in [triangles, flat] {
@@ -200,15 +194,14 @@ fn lowest_id_wins_a_tie() {
         assert!(hit == Hit::NONE || (hit.shape == 0 && hit.primitive < 100), "{ray:?}: {hit:?}");
     }
     check(&shapes, &rays);
-    let layers: Vec<_> =
-        (0..50).map(|_| [0; 3].map(|_| Vec3::new(rng.between(-1.0, 1.0), 0.25, rng.between(-1.0, 1.0)))).collect();
+    let overlapping = layers(&mut rng, 50, 0.25);
     let rays: Vec<Ray> = (0..4000)
         .map(|_| {
             let o = Vec3::new(rng.between(-1.0, 1.0), 1.0, rng.between(-1.0, 1.0));
             Ray::new(o, Vec3::new(0.3 * rng.unit(), -1.0, 0.3 * rng.unit()))
         })
         .collect();
-    let shapes = [soup(&layers)];
+    let shapes = [soup(&overlapping)];
     check(&shapes, &rays);
     for (ray, hit) in rays.iter().zip(closest(&build(Accelerator::Native, &shapes), &rays)) {
         let lower = (0..50).find(|&primitive| is_inside(&shapes, Hit { shape: 0, primitive }, ray));

@@ -241,7 +241,8 @@ pub enum Standing {
 /// Judges what was said to be the closest hit of `ray`; `truth` is what [`closest`] says.
 ///
 /// Where the truth is on a rim, so that f32 may pass it by, the answer must still be as near as whatever the ray meets
-/// for certain. Distances that are the same in f32 are the same: no accelerator tells them apart.
+/// for certain, and well inside of its interval: at an end f64 may have to round. Distances that are the same in f32 are the
+/// same: no accelerator tells them apart.
 pub fn standing(shapes: &[Shape], ray: &Ray, truth: Hit, answer: Hit) -> Standing {
     if answer == truth {
         return Standing::Same;
@@ -253,9 +254,14 @@ pub fn standing(shapes: &[Shape], ray: &Ray, truth: Hit, answer: Hit) -> Standin
     }
     let distance = |hit: Hit| if hit.is_some() { contact(shapes, hit, ray).distance() } else { None };
     let (t, error) = distance(answer).unwrap_or((f64::INFINITY, 0.0));
+    // That the ray crosses it is known sooner, and needed.
+    let may_be_nearer = |hit: Hit| crosses(shapes, hit, ray).is_some_and(|nearer| nearer < t);
     let is_nearer = |hit: Hit| match contact(shapes, hit, ray) {
-        Contact::Inside(nearer, rounding) => nearer + rounding + error < t && (nearer as f32) < t as f32,
+        Contact::Inside(nearer, rounding) => {
+            let is_sure = ray.contains(nearer - rounding) && ray.contains(nearer + rounding);
+            is_sure && nearer + rounding + error < t && (nearer as f32) < t as f32
+        }
         _ => false,
     };
-    if ids(shapes).any(is_nearer) { Standing::Missed } else { Standing::Tie }
+    if ids(shapes).any(|hit| may_be_nearer(hit) && is_nearer(hit)) { Standing::Missed } else { Standing::Tie }
 }

@@ -11,6 +11,7 @@ use crate::accel::comparison::EXAMPLES;
 use crate::accel::oracle::{self, Contact, Standing};
 use crate::accel::{Accel, Accelerator, Hit};
 use crate::error::Result;
+use crate::math::ray::Ray;
 use crate::shape::Shape;
 use rayon::prelude::*;
 
@@ -18,7 +19,10 @@ use rayon::prelude::*;
 pub const ASKED: u64 = 16;
 
 /// Rays that a thread takes at a time.
-const CHUNK: u64 = 1024;
+const CHUNK: u64 = 256;
+
+/// Coordinates of Embree are smaller (its `FLT_LARGE` is 1.844·10¹⁸).
+pub(super) const EMBREE_RANGE: f32 = (1u64 << 60) as f32;
 
 /// Who answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,27 +229,34 @@ impl<'a> Contest<'a> {
         let aimed: Vec<Aimed> = (from..to).map(|index| aim(self.mesh, kind, self.seed, index)).collect();
         let answers = self.answers(&aimed);
         let mut counts = Counts::default();
-        let mut of_ray = Vec::with_capacity(answers.len());
-        for ((index, aimed), i) in (from..to).zip(&aimed).zip(0..) {
-            of_ray.clear();
-            of_ray.extend(answers.iter().map(|answers| answers[i]));
-            counts.take(&self.mesh.shapes, index, aimed, &of_ray, index % ASKED == 0);
+        for ((index, aimed), answers) in (from..to).zip(&aimed).zip(&answers) {
+            counts.take(&self.mesh.shapes, index, aimed, answers, index % ASKED == 0);
         }
         counts
     }
 
-    /// What each says of each ray.
+    /// What each says of each ray, our own first. Of a ray that is beyond its range Embree is not asked.
     pub fn answers(&self, aimed: &[Aimed]) -> Vec<Vec<Answer>> {
-        let rays: Vec<_> = aimed.iter().map(|aimed| aimed.ray).collect();
-        let mut hits = vec![Hit::NONE; rays.len()];
-        let mut any = vec![false; rays.len()];
-        let mut of = |(who, accel): &(Who, Accel)| {
+        let mut answers = vec![Vec::with_capacity(self.accels.len()); aimed.len()];
+        for (who, accel) in &self.accels {
+            let takes = |i: &usize| *who != Who::Embree || suits_embree(&aimed[*i].ray);
+            let places: Vec<usize> = (0..aimed.len()).filter(takes).collect();
+            let rays: Vec<Ray> = places.iter().map(|&i| aimed[i].ray).collect();
+            let mut hits = vec![Hit::NONE; rays.len()];
+            let mut any = vec![false; rays.len()];
             accel.closest_hits(&rays, &mut hits);
             accel.occluded(&rays, &mut any);
-            hits.iter().zip(&any).map(|(&hit, &any)| Answer { who: *who, hit, any }).collect()
-        };
-        self.accels.iter().map(&mut of).collect()
+            for ((&i, &hit), &any) in places.iter().zip(&hits).zip(&any) {
+                answers[i].push(Answer { who: *who, hit, any });
+            }
+        }
+        answers
     }
+}
+
+/// Whether Embree takes such a ray; builds with assertions abort at others.
+fn suits_embree(ray: &Ray) -> bool {
+    ray.o.abs().max(ray.d.abs()).max_element() < EMBREE_RANGE
 }
 
 #[cfg(test)]
@@ -253,7 +264,6 @@ mod tests {
     use super::*;
     use crate::check::meshes::MESHES;
     use crate::check::random::Rng;
-    use crate::math::ray::Ray;
     use glam::Vec3;
 
     /// A square of two triangles at z = 0, one at z = 1, and one beside them.

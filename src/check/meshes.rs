@@ -55,7 +55,7 @@ pub struct Mesh {
     pub size: f32,
     /// Points such that every ray without an end through their neighbourhood ([`CAVITY`] of the size) meets something.
     pub cavities: Vec<Vec3>,
-    /// Whether its coordinates are such that Embree can take them: it ignores triangles beyond 1.8·10¹⁹, and its products
+    /// Whether its coordinates are such that Embree can take them: it ignores triangles beyond 1.8·10¹⁸, and its products
     /// vanish where the mesh is tiny.
     pub suits_embree: bool,
 }

@@ -1,0 +1,80 @@
+//! `snell check`: the checks pass, can be repeated, and say what they are asked for.
+
+#![allow(missing_docs, clippy::unwrap_used, reason = "test code")]
+
+mod desk;
+
+use desk::*;
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// The table without the line that says how long it took.
+fn table(desk: &Desk, arguments: &[&str]) -> String {
+    let told = text(&desk.succeeds(arguments).stdout);
+    told.lines().filter(|line| !line.contains(" rays in ")).map(|line| format!("{line}\n")).collect()
+}
+
+/// 48 rays of each kind at each mesh: 7392.
+#[test]
+fn accelerators_are_right_about_a_few_rays() {
+    let desk = Desk::new();
+    let told = text(&desk.succeeds(&["check", "--accel", "--rays=48"]).stdout);
+    for part in [
+        "mesh       rays         number       hits     ties |   wrong    lost |   wrong    lost |\n",
+        "7392 rays in ",
+        " s, 672 of them through closed meshes\n",
+        " were put to the oracle: one of 16, and all where answers differ; ",
+        " were ties or on rims\n",
+        "native: 0 wrong, 0 lost; embree: ",
+    ] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
+    assert_eq!(told.lines().filter(|line| line.ends_with("| ok")).count(), 14 * 11, "{told}");
+    assert!(!told.contains("FAILED"), "{told}");
+    assert!(desk.files().is_empty());
+}
+
+#[test]
+fn the_same_table_for_any_number_of_threads_and_another_for_another_seed() {
+    let desk = Desk::new();
+    let with = |more: &[&str]| table(&desk, &[&["check", "--mesh=bumpy", "--rays=700"], more].concat());
+    let one = with(&["--threads=1"]);
+    assert_eq!(one.lines().count(), 2 + 11 + 2, "{one}");
+    assert_eq!(one, with(&["--threads=3"]));
+    assert_ne!(one, with(&["--seed=1"]));
+    assert_eq!(with(&["--kind=edge"]).lines().nth(2), one.lines().find(|line| line.contains(" edge ")));
+}
+
+#[test]
+fn a_ray_can_be_traced_alone() {
+    let desk = Desk::new();
+    let ray = ["check", "--accel", "--mesh=sphere", "--kind=vertex", "--ray=11", "--seed=3"];
+    let told = text(&desk.succeeds(&ray).stdout);
+    for part in [
+        "Ray { o: Vec3::new(",
+        ", tmin: 0e0, d: Vec3::new(",
+        ", tmax: f32::INFINITY }\nthrough a closed mesh: it meets something\noracle: shape 0 primitive ",
+        "\nnative: shape 0 primitive ",
+        "\nnative, one ray at a time: shape 0 primitive ",
+        ", hidden: ",
+    ] {
+        assert!(told.contains(part), "{part} in\n{told}");
+    }
+    assert!(told.contains(": right\n") || told.contains(": as right: a tie, or on a rim\n"), "{told}");
+    let random = ["check", "--mesh=slivers", "--kind=random", "--ray=5"];
+    assert!(text(&desk.succeeds(&random).stdout).contains("oracle: nothing\nnative: nothing, free: right\n"));
+}
+
+#[test]
+fn what_is_not_there_to_be_checked_is_refused() {
+    let desk = Desk::new();
+    desk.refuses(&["check", "--mesh=cube"], &["--mesh: 'cube' is not known; expected one of soup, slivers, "]);
+    desk.refuses(&["check", "--kind=slow"], &["--kind: 'slow' is not known; expected one of random, grazing, "]);
+    for wrong in [&["--ray=3"][..], &["--ray=3", "--mesh=soup"], &["--rays=0"], &["--long", "--rays=5"], &["--seed=x"]]
+    {
+        let output = desk.snell(&[&["check"], wrong].concat());
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}");
+    }
+}
