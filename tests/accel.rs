@@ -65,7 +65,7 @@ fn tree_finds_what_a_loop_finds() {
 
 /// 8,000 rays over needles of width 1e-3 to 1e-7 of their length.
 #[test]
-fn slivers() {
+fn needles() {
     let mut rng = Rng(2);
     for width in [1e-3, 1e-5, 1e-6, 1e-7] {
         let triangles = slivers(&mut rng, 300, width);

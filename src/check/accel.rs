@@ -1,21 +1,21 @@
 //! The accelerators against each other and the oracle, ray by ray.
 //!
 //! Each ray is traced by our own accelerator twice, once as it is and once one ray at a time
-//! ([`Accel::build_baseline`]), and by Embree where that is compiled in. Where all say the same, one of [`ASKED`] rays is
-//! still put to the oracle; where they differ, it decides ([`oracle::standing`]). Whether a ray is hidden must follow from
+//! ([`Accel::build_baseline`]), and by Embree where that is compiled in. Where all say the same, or what is equally
+//! far, one of [`ASKED`] rays is still put to the oracle; where they differ, it decides ([`oracle::standing`]). Whether a ray is hidden must follow from
 //! its closest hit.
 
 use super::meshes::Mesh;
 use super::rays::{Aimed, RayKind, aim};
 use crate::accel::comparison::EXAMPLES;
-use crate::accel::oracle::{self, Contact, Standing};
+use crate::accel::oracle::{self, Contact, Standing, Verdict};
 use crate::accel::{Accel, Accelerator, Hit};
 use crate::error::Result;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use rayon::prelude::*;
 
-/// One of so many rays is judged by the oracle even if nobody differs.
+/// One of so many rays is judged by the oracle even if nobody differs by more than a tie.
 pub const ASKED: u64 = 16;
 
 /// Rays that a thread takes at a time.
@@ -57,6 +57,8 @@ pub enum Fault {
     False,
     /// Whether anything was met does not follow from what was met first.
     Any,
+    /// Our own says something else one ray at a time.
+    Unlike,
 }
 
 /// What somebody says of a ray.
@@ -119,7 +121,7 @@ pub struct Counts {
     pub rays: u64,
     /// Rays that met something.
     pub hits: u64,
-    /// Rays of which somebody said something else than the oracle that is as right.
+    /// Rays of which somebody said something else than another or the oracle that is as right.
     pub ties: u64,
     /// Rays that were put to the oracle.
     pub asked: u64,
@@ -147,16 +149,25 @@ impl Counts {
     pub fn take(&mut self, shapes: &[Shape], index: u64, aimed: &Aimed, answers: &[Answer], ask: bool) {
         self.rays += 1;
         self.hits += u64::from(answers[0].hit.is_some());
-        let is_clear = |a: &Answer| a.hit == answers[0].hit && a.any == a.hit.is_some();
-        let is_lost = aimed.must_hit && !answers[0].hit.is_some();
+        let first = answers[0];
+        let differs = |a: &Answer| a.hit != first.hit;
+        let is_clear = |a: &Answer| {
+            let agrees = !differs(a)
+                || a.who == Who::Embree && oracle::verdict(shapes, &aimed.ray, a.hit, first.hit) == Verdict::Tie;
+            agrees && a.any == a.hit.is_some()
+        };
+        let is_lost = aimed.must_hit && !first.hit.is_some();
         if !ask && !is_lost && answers.iter().all(is_clear) {
+            self.ties += u64::from(answers.iter().any(differs));
             return;
         }
         self.asked += 1;
         let truth = oracle::closest(shapes, &aimed.ray).map_or(Hit::NONE, |(hit, _)| hit);
         let mut tied = false;
         for &answer in answers {
-            match judge(shapes, aimed, truth, answer) {
+            let unlike = answer.who == Who::Baseline && (differs(&answer) || answer.any != first.any);
+            let judged = if unlike { Err(Fault::Unlike) } else { judge(shapes, aimed, truth, answer) };
+            match judged {
                 Ok(tie) => tied |= tie,
                 Err(fault) => {
                     let faults = if answer.who == Who::Embree { &mut self.embree } else { &mut self.native };
@@ -321,6 +332,20 @@ mod tests {
         let mut counts = Counts::default();
         counts.take(&shapes, 0, &Aimed { ray, must_hit: false }, &[answer], true);
         assert_eq!((counts.embree.examples[0].fault, counts.embree.wrong), (Fault::Missed, 1));
+    }
+
+    /// What is as right, but not the same.
+    #[test]
+    fn both_forms_of_our_own_must_agree() {
+        let ray = Ray::new(Vec3::new(0.5, 0.5, -1.0), Vec3::Z);
+        let answer = |who, primitive| Answer { who, hit: Hit { shape: 0, primitive }, any: true };
+        for (who, fault) in [(Who::Embree, None), (Who::Baseline, Some(Fault::Unlike))] {
+            let mut counts = Counts::default();
+            let answers = [answer(Who::Native, 0), answer(who, 1)];
+            counts.take(&squares(), 1, &Aimed { ray, must_hit: true }, &answers, false);
+            assert_eq!(counts.native.examples.first().map(|wrong| wrong.fault), fault);
+            assert!(counts.embree.is_empty());
+        }
     }
 
     /// The same counts for one thread and for three, and in parts.

@@ -45,7 +45,7 @@ pub(super) struct CheckArgs {
     #[arg(long)]
     pub(super) accel: bool,
     /// Rays of each kind at each mesh.
-    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 8_000, value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) rays: u64,
     /// Take hours: 10^8 random rays, 10^9 at edges and vertices of closed meshes, and 10^6 of each other kind at each mesh.
     #[arg(long, conflicts_with = "rays")]

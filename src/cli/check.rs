@@ -96,7 +96,7 @@ fn all(args: &CheckArgs, meshes: &[usize], kinds: &[usize]) -> Result<bool> {
         start.elapsed().as_secs_f64()
     ));
     print(format_args!(
-        "{asked} were put to the oracle: one of {ASKED}, and all where answers differ; {ties} were ties or on rims"
+        "{asked} were put to the oracle: one of {ASKED}, and all where answers differ by more; {ties} were ties or on rims"
     ));
     print(format_args!(
         "native: {} wrong, {} lost; embree: {} wrong, {} lost",
