@@ -19,8 +19,8 @@ pub const MESHES: [(&str, &str); 14] = [
     ("bumpy", "a closed mesh with bumps"),
     ("spindle", "a closed mesh of slivers around two tips"),
     ("far", "the closed mesh with bumps, a million times its size from the origin"),
-    ("tiny", "the same with a soup, 1e-30 large"),
-    ("huge", "the same with a soup, 1e30 large"),
+    ("tiny", "the same with a soup, of size 10^-30"),
+    ("huge", "the same with a soup, of size 10^30"),
 ];
 
 /// Size of the mesh `tiny`; that of `huge` is its inverse.

@@ -164,12 +164,12 @@ fn show(args: &CheckArgs, mesh: &Mesh, kind: RayKind, wrong: &Wrong) {
     print(format_args!("  {}: {fault:?}: {}", answer.who.name(), said(answer)));
     print(format_args!("    oracle: {}", truth(mesh, &ray).1));
     print(format_args!("    {}", literal(&ray)));
-    print(format_args!(
-        "    snell check --accel --mesh {} --kind {} --ray {index} --seed {}",
-        mesh.name,
-        kind.name(),
-        args.seed
-    ));
+    print(format_args!("    {}", replay_line(mesh, kind, *index, args.seed)));
+}
+
+/// The command that traces a ray alone.
+fn replay_line(mesh: &Mesh, kind: RayKind, index: u64, seed: u64) -> String {
+    format!("snell check --accel --mesh {} --kind {} --ray {index} --seed {seed}", mesh.name, kind.name())
 }
 
 /// Traces one ray alone and tells what everyone says. Returns whether our own is right.
@@ -219,4 +219,20 @@ fn literal(ray: &Ray) -> String {
     let vector = |v: Vec3| format!("Vec3::new({})", v.to_array().map(number).join(", "));
     let [tmin, tmax] = [ray.tmin, ray.tmax].map(number);
     format!("Ray {{ o: {}, tmin: {tmin}, d: {}, tmax: {tmax} }}", vector(ray.o), vector(ray.d))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_are_named_to_the_last_bit() {
+        let mesh = Mesh::new(0, 4);
+        let line = replay_line(&mesh, RayKind::Axis, 3, 4);
+        assert_eq!(line, "snell check --accel --mesh soup --kind axis --ray 3 --seed 4");
+        let ray = Ray { o: Vec3::new(0.1, -0.0, 1.0), tmin: f32::from_bits(1), d: Vec3::X, tmax: f32::INFINITY };
+        let text =
+            "Ray { o: Vec3::new(1e-1, -0e0, 1e0), tmin: 1e-45, d: Vec3::new(1e0, 0e0, 0e0), tmax: f32::INFINITY }";
+        assert_eq!(literal(&ray), text);
+    }
 }
