@@ -105,11 +105,11 @@ impl Accel {
         }))
     }
 
-    /// Our own accelerator as processors have it that can do no more than all of their kind: one ray at a time. It must give
-    /// the same answers. Fails as [`Self::build`] does.
+    /// Our own accelerator as processors have it that can do no more than all of their kind, one ray at a time, and built with the
+    /// least care. It must give the same answers. Fails as [`Self::build`] does.
     pub fn build_baseline(shapes: &[Shape]) -> Result<Self> {
         check_number(shapes)?;
-        Ok(Self(Kind::Native(Native::build(shapes).at_baseline())))
+        Ok(Self(Kind::Native(Native::build(shapes, Quality::Low).at_baseline())))
     }
 
     /// The first surface that each ray meets in its open interval, or [`Hit::NONE`]. Of surfaces at the same distance

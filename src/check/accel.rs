@@ -1,6 +1,6 @@
 //! The accelerators against each other and the oracle, ray by ray.
 //!
-//! Each ray is traced by our own accelerator twice, once as it is and once one ray at a time
+//! Each ray is traced by our own accelerator twice, once as it is and once one ray at a time through another tree
 //! ([`Accel::build_baseline`]), and by Embree where that is compiled in. Where all say the same, or what is equally
 //! far, one of [`ASKED`] rays is still put to the oracle; where they differ, it decides ([`oracle::standing`]). Whether a ray is hidden must follow from
 //! its closest hit.
@@ -9,7 +9,7 @@ use super::meshes::Mesh;
 use super::rays::{Aimed, RayKind, aim};
 use crate::accel::comparison::EXAMPLES;
 use crate::accel::oracle::{self, Contact, Standing, Verdict};
-use crate::accel::{Accel, Accelerator, Hit};
+use crate::accel::{Accel, Accelerator, Hit, Quality};
 use crate::error::Result;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -211,11 +211,11 @@ impl<'a> Contest<'a> {
     /// Builds all that there are and that can take the mesh.
     pub fn new(mesh: &'a Mesh, seed: u64) -> Result<Self> {
         let mut accels = vec![
-            (Who::Native, Accel::build(Accelerator::Native, &mesh.shapes, 0)?),
+            (Who::Native, Accel::build(Accelerator::Native, &mesh.shapes, 0, Quality::High)?),
             (Who::Baseline, Accel::build_baseline(&mesh.shapes)?),
         ];
         if cfg!(feature = "embree") && mesh.suits_embree {
-            accels.push((Who::Embree, Accel::build(Accelerator::Embree, &mesh.shapes, 0)?));
+            accels.push((Who::Embree, Accel::build(Accelerator::Embree, &mesh.shapes, 0, Quality::Medium)?));
         }
         Ok(Self { mesh, seed, accels })
     }
