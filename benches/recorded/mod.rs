@@ -1,6 +1,8 @@
 //! The rays of some paths of a scene, in the batches in which the renderer asks them.
 #![allow(dead_code, unreachable_pub, reason = "each of its users is a crate of its own and needs a part")]
 
+pub mod timed;
+
 use snell::accel::Hit;
 use snell::film::SampleId;
 use snell::integrator::record::{Event, Record};
