@@ -16,6 +16,7 @@ mod render;
 mod replay;
 mod stats;
 
+use crate::error::Error;
 use crate::math::simd;
 use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
@@ -52,7 +53,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(if error.use_stderr() { EXIT_USAGE } else { 0 });
         }
     };
-    let result = simd::check().and_then(|()| match &arguments.command {
+    let result = simd::check().map_err(Error::Usage).and_then(|()| match &arguments.command {
         Command::Render(a) => render::run(a, &shell_line(&words)),
         Command::Info(a) => info::run(a).map(|()| ExitCode::SUCCESS),
         Command::Diff(a) => diff::run(a),

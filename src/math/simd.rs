@@ -2,7 +2,6 @@
 //!
 //! The same bits come of all of them. To ask for fewer is for tests, and to find out what they gain.
 
-use crate::error::{Error, Result};
 use fearless_simd::Level;
 use std::sync::OnceLock;
 
@@ -18,8 +17,8 @@ pub fn level() -> Level {
     *CHOSEN.get_or_init(|| asked_for().unwrap_or_else(|_| Level::new()))
 }
 
-/// Fails where the environment asks for instructions that the processor lacks, or that nobody knows.
-pub fn check() -> Result<()> {
+/// Fails, with a message, where the environment asks for instructions that the processor lacks, or that nobody knows.
+pub fn check() -> Result<(), String> {
     asked_for().map(|_| ())
 }
 
@@ -28,17 +27,17 @@ pub fn name(level: Level) -> &'static str {
     names().into_iter().rev().find(|(_, other)| other.is_some_and(|other| same(other, level))).map_or("none", |n| n.0)
 }
 
-fn asked_for() -> Result<Level> {
+fn asked_for() -> Result<Level, String> {
     std::env::var_os(VARIABLE).map_or(Ok(Level::new()), |name| choose(&name.to_string_lossy()))
 }
 
-fn choose(name: &str) -> Result<Level> {
+fn choose(name: &str) -> Result<Level, String> {
     let names = names();
     let found = names.iter().find(|(other, _)| *other == name).and_then(|(_, level)| *level);
     found.ok_or_else(|| {
         let here =
             names.iter().filter(|(_, level)| level.is_some()).map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-        Error::Usage(format!("{VARIABLE} is '{name}', but here there is only {here}"))
+        format!("{VARIABLE} is '{name}', but here there is only {here}")
     })
 }
 
@@ -79,6 +78,6 @@ mod tests {
                 None => assert!(choose(name).is_err(), "{name}"),
             }
         }
-        assert!(choose("mmx").unwrap_err().to_string().starts_with("SNELL_SIMD is 'mmx', but here there is only "));
+        assert!(choose("mmx").unwrap_err().starts_with("SNELL_SIMD is 'mmx', but here there is only "));
     }
 }
