@@ -85,6 +85,7 @@ struct Corners {
     below: bool,
     u: f32,
     v: f32,
+    /// [`Cell::factor`].
     factor: f32,
 }
 
