@@ -36,55 +36,38 @@ pub(crate) trait Tree: Sized {
     fn misses(&self, ray: Ray, distance: impl FnMut(&Ray, usize) -> f32) -> bool;
 }
 
-impl Tree for CwBvh {
-    const NAME: &str = "CwBvh";
+/// The crate's trees have the same functions, but no trait that has them all.
+macro_rules! tree {
+    ($tree:ty, $name:literal, $build:path) => {
+        impl Tree for $tree {
+            const NAME: &str = $name;
 
-    fn build(triangles: &[Triangle], params: BvhBuildParams) -> Self {
-        build_cwbvh_from_tris(triangles, params, &mut Duration::default())
-    }
+            fn build(triangles: &[Triangle], params: BvhBuildParams) -> Self {
+                $build(triangles, params, &mut Duration::default())
+            }
 
-    fn order(&self) -> &[u32] {
-        &self.primitive_indices
-    }
+            fn order(&self) -> &[u32] {
+                &self.primitive_indices
+            }
 
-    fn node_bytes(&self) -> usize {
-        size_of_val(&self.nodes[..])
-    }
+            fn node_bytes(&self) -> usize {
+                size_of_val(&self.nodes[..])
+            }
 
-    fn nearest(&self, ray: Ray, distance: impl FnMut(&Ray, usize) -> f32) -> Option<usize> {
-        let mut hit = RayHit::none();
-        self.ray_traverse(ray, &mut hit, distance).then_some(hit.primitive_id as usize)
-    }
+            fn nearest(&self, ray: Ray, distance: impl FnMut(&Ray, usize) -> f32) -> Option<usize> {
+                let mut hit = RayHit::none();
+                self.ray_traverse(ray, &mut hit, distance).then_some(hit.primitive_id as usize)
+            }
 
-    fn misses(&self, ray: Ray, distance: impl FnMut(&Ray, usize) -> f32) -> bool {
-        self.ray_traverse_miss(ray, distance)
-    }
+            fn misses(&self, ray: Ray, distance: impl FnMut(&Ray, usize) -> f32) -> bool {
+                self.ray_traverse_miss(ray, distance)
+            }
+        }
+    };
 }
 
-impl Tree for Bvh2 {
-    const NAME: &str = "Bvh2";
-
-    fn build(triangles: &[Triangle], params: BvhBuildParams) -> Self {
-        build_bvh2_from_tris(triangles, params, &mut Duration::default())
-    }
-
-    fn order(&self) -> &[u32] {
-        &self.primitive_indices
-    }
-
-    fn node_bytes(&self) -> usize {
-        size_of_val(&self.nodes[..])
-    }
-
-    fn nearest(&self, ray: Ray, distance: impl FnMut(&Ray, usize) -> f32) -> Option<usize> {
-        let mut hit = RayHit::none();
-        self.ray_traverse(ray, &mut hit, distance).then_some(hit.primitive_id as usize)
-    }
-
-    fn misses(&self, ray: Ray, distance: impl FnMut(&Ray, usize) -> f32) -> bool {
-        self.ray_traverse_miss(ray, distance)
-    }
-}
+tree!(CwBvh, "CwBvh", build_cwbvh_from_tris);
+tree!(Bvh2, "Bvh2", build_bvh2_from_tris);
 
 /// A tree, and for each place in it the triangle and whose that is.
 pub(crate) struct Obvhs<T> {
