@@ -322,8 +322,8 @@ impl Map {
                 [y * stride + x, (y + 1) * stride + x].map(|i| f64::from(nodes[i].w) + f64::from(nodes[i + 1].w));
             0.25 * (corners[0] + corners[1])
         };
-        let turns = |steps: u32, all: f64, offset: f64| (0..=steps).map(move |i| TAU * (f64::from(i) + offset) / all);
-        let [across, down] = [turns(width, width.into(), 0.5), turns(height - 1, f64::from(2 * (height - 1)), 0.0)]
+        let angles = |steps: u32, all: f64, offset: f64| (0..=steps).map(move |i| TAU * (f64::from(i) + offset) / all);
+        let [across, down] = [angles(width, width.into(), 0.5), angles(height - 1, f64::from(2 * (height - 1)), 0.0)]
             .map(|angles| angles.map(|angle| (libm::sin(angle), libm::cos(angle))).collect::<Vec<_>>());
         let corner = |x: usize, y: usize| {
             let ((sin_phi, cos_phi), (sin, cos)) = (across[x], down[y]);
