@@ -14,7 +14,7 @@
 use super::spatial::{self, Corners};
 use crate::accel::{Accel, Hit, Quality};
 use crate::math::bounds::Bounds;
-use glam::{DVec3, Vec4};
+use glam::{BVec4A, DVec3, Vec4};
 use rayon::prelude::*;
 
 /// Most bins along each axis. More gain under 1 % in ray time and cost as much in build time.
@@ -96,11 +96,17 @@ impl Item {
         Box4 { min: self.lower, max: self.upper }
     }
 
-    /// Twice the centre of the box.
-    #[inline]
+    /// Twice the centre of the box; the last number is 0.
+    #[inline(always)]
     pub(super) fn centroid(&self) -> Vec4 {
-        self.lower + self.upper
+        without_name(self.lower + self.upper)
     }
+}
+
+/// Sets the last number to 0. Names are denormal numbers, and processors take many times as long to multiply these.
+#[inline(always)]
+pub(super) fn without_name(v: Vec4) -> Vec4 {
+    Vec4::select(BVec4A::new(true, true, true, false), v, Vec4::ZERO)
 }
 
 /// A box in vectors of four, of which the last number means nothing.
@@ -144,7 +150,7 @@ impl Box4 {
     /// Half of the surface area, in squares of 1/`unit`; infinite of [`Self::EMPTY`]. Not of another empty box.
     #[inline(always)]
     pub(super) fn half_area(&self, unit: f32) -> f32 {
-        let e = (self.max - self.min) * unit;
+        let e = without_name(self.max - self.min) * unit;
         e.x * e.y + e.y * e.z + e.z * e.x
     }
 }
