@@ -292,11 +292,16 @@ impl Builder<'_> {
             let (middle, end) = planar.partition(items, count, corners);
             return Halves::new(items, if middle == 0 || middle == end { end / 2 } else { middle }, end);
         }
-        let Some(Split { axis, bin, .. }) = split else {
+        let Some(Split { axis, bin, bounds, .. }) = split else {
             return Halves::new(items, count / 2, count);
         };
         let middle = partition(&mut items[..count], |item| binning.bins_of(item)[axis] <= bin);
-        Halves::new(items, if middle == 0 || middle == count { count / 2 } else { middle }, count)
+        if middle == 0 || middle == count {
+            return Halves::new(items, count / 2, count);
+        }
+        let extent = |bounds, items| Extent { bounds, centroids: Extent::of_centroids(items) };
+        let [left, right] = bounds;
+        Halves { middle, end: count, extents: [extent(left, &items[..middle]), extent(right, &items[middle..count])] }
     }
 
     /// Whether whole primitives make boxes that overlap so much that cutting is worth a try.
@@ -343,26 +348,39 @@ struct Extent {
 impl Extent {
     const EMPTY: Self = Self { bounds: Box4::EMPTY, centroids: Box4::EMPTY };
 
-    #[inline(always)]
-    fn add(&mut self, item: &Item) {
-        self.bounds = self.bounds.union(item.box4());
-        self.centroids = self.centroids.with(item.centroid());
+    fn of(items: &[Item]) -> Self {
+        let with = |a: Self, item: &Item| Self {
+            bounds: a.bounds.union(item.box4()),
+            centroids: a.centroids.with(item.centroid()),
+        };
+        let both = |a: Self, b: Self| Self { bounds: a.bounds.union(b.bounds), centroids: a.centroids.union(b.centroids) };
+        gathered(items, Self::EMPTY, with, both)
     }
 
-    fn of(items: &[Item]) -> Self {
-        let serial = |items: &[Item]| {
-            let mut extent = Self::EMPTY;
-            items.iter().for_each(|item| extent.add(item));
-            extent
-        };
-        if items.len() <= PARALLEL_BINNING {
-            return serial(items);
-        }
-        items.par_chunks(PARALLEL_BINNING).map(serial).reduce(
-            || Self::EMPTY,
-            |a, b| Self { bounds: a.bounds.union(b.bounds), centroids: a.centroids.union(b.centroids) },
-        )
+    /// The box around centroids alone.
+    fn of_centroids(items: &[Item]) -> Box4 {
+        gathered(items, Box4::EMPTY, |a, item| a.with(item.centroid()), Box4::union)
     }
+}
+
+/// What `with` makes of all items, from `empty` on; many are taken in parallel.
+fn gathered<T: Copy + Send + Sync>(
+    items: &[Item],
+    empty: T,
+    with: impl Fn(T, &Item) -> T + Sync,
+    both: impl Fn(T, T) -> T + Send + Sync,
+) -> T {
+    let serial = |items: &[Item]| {
+        let mut all = empty;
+        for item in items {
+            all = with(all, item);
+        }
+        all
+    };
+    if items.len() <= PARALLEL_BINNING {
+        return serial(items);
+    }
+    items.par_chunks(PARALLEL_BINNING).map(serial).reduce(|| empty, both)
 }
 
 /// The best split between whole primitives.
@@ -370,6 +388,8 @@ struct Split {
     axis: usize,
     /// The last on the left.
     bin: usize,
+    /// Around what is on the left and on the right.
+    bounds: [Box4; 2],
     cost: f32,
     /// Half of the surface area that the boxes of both sides have in common.
     overlap: f32,
@@ -380,6 +400,15 @@ struct Split {
 #[inline(always)]
 pub(super) fn blocks(count: usize, leaf_size: usize) -> f32 {
     ((count + leaf_size - 1) >> leaf_size.trailing_zeros()) as i32 as f32
+}
+
+/// The first three numbers, rounded to those of so many bins. NaN (of 0 · ∞) becomes 0.
+#[inline(always)]
+pub(super) fn nearest_bins(place: Vec4, bins: usize) -> [usize; 3] {
+    // A sum with [`TO_INTEGER`] rounds to an integer that stands in its lowest bits: a cast to one takes several times as long.
+    let [x, y, z, _] = (place.max(Vec4::ZERO).min(Vec4::splat((bins - 1) as f32)) + TO_INTEGER).to_array();
+    let bin = |x: f32| x.to_bits() as usize % BINS;
+    [bin(x), bin(y), bin(z)]
 }
 
 /// How centroids map to bins.
@@ -420,12 +449,7 @@ impl Binning {
     /// The bins along the axes; 0 along one where all centroids are the same.
     #[inline(always)]
     fn bins_of(&self, item: &Item) -> [usize; 3] {
-        // NaN (of 0 · ∞) becomes 0. A sum with [`TO_INTEGER`] rounds to an integer that stands in its lowest bits: a cast to
-        // one takes several times as long.
-        let place = (item.centroid() - self.origin) * self.scale - 0.5;
-        let [x, y, z, _] = (place.max(Vec4::ZERO).min(Vec4::splat((self.bins - 1) as f32)) + TO_INTEGER).to_array();
-        let bin = |x: f32| x.to_bits() as usize % BINS;
-        [bin(x), bin(y), bin(z)]
+        nearest_bins((item.centroid() - self.origin) * self.scale - 0.5, self.bins)
     }
 
     /// Sorts items into the bins in use, which are emptied first.
@@ -488,9 +512,10 @@ impl Binning {
         }
         best.map(|(axis, bin)| {
             let side = |bins: &[Bin]| bins.iter().fold(Bin::EMPTY, |a, &b| a.union(b)).bounds;
-            let common = side(&bins[axis][..=bin]).intersection(side(&bins[axis][bin + 1..self.bins]));
+            let bounds = [side(&bins[axis][..=bin]), side(&bins[axis][bin + 1..self.bins])];
+            let common = bounds[0].intersection(bounds[1]);
             let overlap = if common.is_empty() { 0.0 } else { common.half_area(self.unit) };
-            Split { axis, bin, cost: least, overlap }
+            Split { axis, bin, bounds, cost: least, overlap }
         })
     }
 }

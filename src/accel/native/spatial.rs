@@ -13,7 +13,7 @@
 //! size of a and b in the coordinate, the differences, the quotient, the product and the sum of f32 numbers are off by
 //! less than 10·u·m in all, and [`CROSSING_ERROR`] takes four times that, before it is rounded outwards.
 
-use super::build::{BINS, Box4, Item, PARALLEL_BINNING, blocks, without_name};
+use super::build::{BINS, Box4, Item, PARALLEL_BINNING, blocks, nearest_bins, without_name};
 use crate::accel::Hit;
 use crate::math::bounds::Bounds;
 use crate::math::float::{round_down, round_up};
@@ -85,10 +85,8 @@ impl Slabs {
     }
 
     /// The slabs of the coordinates of a point; 0 throughout where the box is flat.
-    fn slabs(&self, p: Vec4) -> [usize; 4] {
-        // A float-to-integer cast saturates and takes NaN (of 0 · ∞) to 0.
-        let [x, y, z, _] = (without_name(p - self.origin) * self.scale).to_array();
-        [(x as usize).min(BINS - 1), (y as usize).min(BINS - 1), (z as usize).min(BINS - 1), 0]
+    fn slabs(&self, p: Vec4) -> [usize; 3] {
+        nearest_bins(without_name(p - self.origin) * self.scale - 0.5, BINS)
     }
 
     /// The plane before a slab.
