@@ -57,11 +57,14 @@ const LEAST_OVERLAP: f32 = 0.25;
 /// cutting gains for rays.
 const LEAST_OVERLAP_OF_MEDIUM: f32 = 0.5;
 
-/// ... and by this fraction of the area of the whole tree's: most boxes are small and seldom met.
-const LEAST_OVERLAP_OF_WHOLE: f32 = 1.0 / (1u32 << 14) as f32;
+/// ... and by this fraction of the area of the whole tree's: most boxes are small and seldom met. Nor is a block of less area divided.
+const LEAST_PART_OF_WHOLE: f32 = 1.0 / (1u32 << 14) as f32;
 
 /// Cutting must take the cost below this part of the other's, to be worth its memory.
 const LEAST_GAIN: f32 = 0.95;
+
+/// Where two blocks have together at most this part of the area of the one that would hold all, they are two.
+const PART_TO_DIVIDE: f32 = 0.7;
 
 /// A primitive to be put into the tree. Its name fills up the vectors of its box.
 #[derive(Clone, Copy, Debug)]
@@ -205,8 +208,8 @@ pub(super) fn build(
     let size = (whole.bounds.max - whole.bounds.min).truncate().max_element();
     // All areas of a point are 0, whatever the unit.
     let unit = if size > 0.0 { 1.0 / size } else { 1.0 };
-    let least_overlap = LEAST_OVERLAP_OF_WHOLE * whole.bounds.half_area(unit);
-    let builder = Builder { leaf_size, most_bins, corners, least_overlap, least_part, unit };
+    let least_area = LEAST_PART_OF_WHOLE * whole.bounds.half_area(unit);
+    let builder = Builder { leaf_size, most_bins, corners, least_area, least_part, unit };
     builder.subtree(Places { items, count, first: 0 }, &whole, &mut nodes, 0, &mut { NO_BINS });
     nodes
 }
@@ -217,8 +220,8 @@ struct Builder<'a> {
     /// Along each axis.
     most_bins: usize,
     corners: Option<&'a Corners<'a>>,
-    /// See [`LEAST_OVERLAP_OF_WHOLE`].
-    least_overlap: f32,
+    /// See [`LEAST_PART_OF_WHOLE`].
+    least_area: f32,
     /// See [`LEAST_OVERLAP`].
     least_part: f32,
     /// One over the size of the whole: areas are computed in f32, and must neither overflow nor vanish.
@@ -250,12 +253,16 @@ impl<'a> Places<'a> {
 impl Builder<'_> {
     fn subtree(&self, places: Places<'_>, extent: &Extent, nodes: &mut [BinaryNode], depth: usize, bins: &mut Bins) {
         let Places { items, count, first } = places;
-        if count <= self.leaf_size {
+        let halves = if count > self.leaf_size {
+            Some(self.split(items, count, extent, depth, bins))
+        } else {
+            self.split_block(&mut items[..count], extent)
+        };
+        let Some(Halves { middle, end, extents }) = halves else {
             let kind = Kind::Leaf { first: first as u32, count: count as u32 };
             nodes[0] = BinaryNode { bounds: extent.bounds.bounds(), kind };
             return;
-        }
-        let Halves { middle, end, extents } = self.split(items, count, extent, depth, bins);
+        };
         let [left_extent, right_extent] = &extents;
         let (left, right) = Places { items, count, first }.divide(middle, end);
         let (head, rest) = nodes.split_at_mut(1);
@@ -304,11 +311,42 @@ impl Builder<'_> {
         Halves { middle, end: count, extents: [extent(left, &items[..middle]), extent(right, &items[middle..count])] }
     }
 
+    /// Divides what would fit into a block, in the best of all ways, if it lies so far apart that two blocks together are met
+    /// much more seldom.
+    fn split_block(&self, items: &mut [Item], extent: &Extent) -> Option<Halves> {
+        let area = |bounds: Box4| bounds.half_area(self.unit);
+        let whole = area(extent.bounds);
+        let most = PART_TO_DIVIDE * whole;
+        if items.len() < 2 || whole <= self.least_area || items.iter().any(|item| area(item.box4()) > most) {
+            return None;
+        }
+        // Sets of items, a bit each; the last one is never among the left, so that no way is tried twice.
+        let all = 1u32 << (items.len() - 1);
+        let cost = |left: u32| {
+            let mut sides = [Box4::EMPTY; 2];
+            for (i, item) in items.iter().enumerate() {
+                let side = &mut sides[usize::from(left >> i & 1 == 0)];
+                *side = side.union(item.box4());
+            }
+            area(sides[0]) + area(sides[1])
+        };
+        let (least, left) = (1..all).map(|left| (cost(left), left)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        if least > most {
+            return None;
+        }
+        let mut middle = 0;
+        for i in (0..items.len()).filter(|i| left >> i & 1 == 1) {
+            items.swap(i, middle);
+            middle += 1;
+        }
+        Some(Halves::new(items, middle, items.len()))
+    }
+
     /// Whether whole primitives make boxes that overlap so much that cutting is worth a try.
     fn may_cut(&self, extent: &Extent, split: Option<&Split>) -> bool {
         let whole = extent.bounds.half_area(self.unit);
         let overlap = split.map_or(whole, |split| split.overlap);
-        overlap > self.least_overlap && overlap > self.least_part * whole
+        overlap > self.least_area && overlap > self.least_part * whole
     }
 }
 
@@ -353,7 +391,8 @@ impl Extent {
             bounds: a.bounds.union(item.box4()),
             centroids: a.centroids.with(item.centroid()),
         };
-        let both = |a: Self, b: Self| Self { bounds: a.bounds.union(b.bounds), centroids: a.centroids.union(b.centroids) };
+        let both =
+            |a: Self, b: Self| Self { bounds: a.bounds.union(b.bounds), centroids: a.centroids.union(b.centroids) };
         gathered(items, Self::EMPTY, with, both)
     }
 
@@ -525,6 +564,24 @@ mod tests {
     use super::*;
     use glam::Vec3;
     use std::collections::BTreeSet;
+
+    /// Two small triangles far apart, and two that are not.
+    #[test]
+    fn blocks_of_what_lies_far_apart_are_divided() {
+        for (distance, leaves) in [(8.0, 2), (0.5, 1)] {
+            let triangle = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x + 1.0, 0.0, 0.0), Vec3::new(x, 1.0, 0.5)];
+            let bounds = [0.0, distance, distance + 0.25, 0.25].map(|x| Bounds::of(triangle(x)));
+            let mut items: Vec<Item> =
+                (0..).zip(bounds).map(|(i, b)| Item::new(b, Hit { shape: 0, primitive: i })).collect();
+            let nodes = build(&mut items, 4, None, Quality::Low);
+            let counts = nodes.iter().filter_map(|node| match node.kind {
+                Kind::Leaf { count, .. } => Some(count).filter(|&count| count > 0),
+                Kind::Inner { .. } => None,
+            });
+            let counts: Vec<u32> = counts.collect();
+            assert_eq!(counts, vec![4 / leaves; leaves as usize]);
+        }
+    }
 
     /// 60 needles across 600 specks: needles are cut, no more parts are made than there are places for, and no primitive is
     /// lost.

@@ -21,6 +21,7 @@ use crate::accel::Hit;
 use crate::math::ray::Ray;
 use crate::shape::triangle::Meetings;
 use fearless_simd::x86::Avx2;
+use glam::Vec3;
 use std::arch::x86_64::*;
 use std::cell::RefCell;
 
@@ -62,8 +63,71 @@ const fn packing(backwards: bool) -> [[u8; WIDTH]; 1 << WIDTH] {
 /// worth the name have half as many.
 pub(super) const MAX_DEPTH: usize = 36;
 
-/// Entries of a stack: a node leaves at most seven children more than it takes, and a whole vector is stored above the last.
-const STACK: usize = BASE + (WIDTH - 1) * MAX_DEPTH + WIDTH;
+/// Entries of a stack: the root under a block that is visited first; a node leaves at most seven children more than it takes, and a
+/// whole vector is stored above the last.
+const STACK: usize = BASE + 1 + (WIDTH - 1) * MAX_DEPTH + WIDTH;
+
+/// Sets of directions: by the signs of their components, and the largest of these.
+const DIRECTIONS: usize = 32;
+
+/// What hid the last ray of each set of directions, and may hide the next one: its block is visited before the root. (Where most rays
+/// end at a few walls, this saves most of their way.)
+#[derive(Clone, Copy)]
+struct Occluders {
+    /// References to blocks; [`DONE`] where nothing is known.
+    blocks: [u32; DIRECTIONS],
+    /// Positive where it has paid lately.
+    hope: i32,
+    /// How many blocks the tree has. Of another tree with as many the guesses are no good, but do no harm.
+    count: usize,
+}
+
+impl Occluders {
+    /// What a guess that is right adds to hope; one that is not takes 1. A right one saves several visits, a wrong one costs one.
+    const GAIN: i32 = 6;
+
+    /// Hope stays within these bounds, so that it follows what changes.
+    const HOPE: [i32; 2] = [-16, 64];
+
+    /// One of so many rays tries without hope.
+    const TRIES: usize = 16;
+
+    const fn none(count: usize) -> Self {
+        Self { blocks: [DONE; DIRECTIONS], hope: 0, count }
+    }
+
+    /// The set of directions that `d` is in.
+    #[inline(always)]
+    fn set_of(d: Vec3) -> usize {
+        let size = d.abs();
+        let largest = if size.x >= size.y && size.x >= size.z { 0 } else { 1 + usize::from(size.z > size.y) };
+        largest << 3 | d.is_negative_bitmask() as usize
+    }
+
+    /// The block to visit before the root, for the ray of this number.
+    #[inline(always)]
+    fn guess(&self, set: usize, index: usize) -> Option<u32> {
+        let block = self.blocks[set % DIRECTIONS];
+        (block != DONE && (self.hope > 0 || index.is_multiple_of(Self::TRIES))).then_some(block)
+    }
+
+    /// Nothing hid a ray.
+    #[inline(always)]
+    fn learn_nothing(&mut self) {
+        self.hope = (self.hope - 1).max(Self::HOPE[0]);
+    }
+
+    /// This block hid a ray.
+    #[inline(always)]
+    fn learn(&mut self, set: usize, block: u32) {
+        if self.blocks[set % DIRECTIONS] == block {
+            self.hope = (self.hope + Self::GAIN).min(Self::HOPE[1]);
+        } else {
+            self.blocks[set % DIRECTIONS] = block;
+            self.learn_nothing();
+        }
+    }
+}
 
 /// A ray under way, and its stack.
 #[derive(Clone, Copy)]
@@ -78,6 +142,8 @@ struct Slot {
     top: usize,
     /// The number of the ray.
     index: usize,
+    /// The set of directions that it is in; not kept for a ray that asks for the closest hit.
+    directions: usize,
     best: Best,
     ray: TriangleRay,
     /// What the passes over leaves hand on.
@@ -88,22 +154,26 @@ struct Slot {
     children: [u32; STACK],
 }
 
-/// The slots, kept by a thread from batch to batch.
-struct Slots(Box<[Slot; SLOTS]>);
+/// What a thread keeps from batch to batch.
+struct Room {
+    slots: Box<[Slot; SLOTS]>,
+    occluders: Occluders,
+}
 
-impl Slots {
+impl Room {
     fn new() -> Self {
         let mut slots = vec![Slot::EMPTY; SLOTS];
         for slot in &mut slots {
             slot.distances[BASE - 1] = f32::NEG_INFINITY;
             slot.children[BASE - 1] = DONE;
         }
-        Self(slots.into_boxed_slice().try_into().unwrap_or_else(|_| unreachable!("as many as asked for")))
+        let slots = slots.into_boxed_slice().try_into().unwrap_or_else(|_| unreachable!("as many as asked for"));
+        Self { slots, occluders: Occluders::none(0) }
     }
 }
 
 thread_local! {
-    static SLOTS_OF_THREAD: RefCell<Slots> = RefCell::new(Slots::new());
+    static ROOM_OF_THREAD: RefCell<Room> = RefCell::new(Room::new());
 }
 
 /// What rays ask.
@@ -205,16 +275,20 @@ impl View<'_> {
 /// Answers `query` for all `rays`, in any order. The tree is at most [`MAX_DEPTH`] deep.
 pub(super) fn trace<Q: Query>(_: Avx2, tree: View<'_>, rays: &[Ray], query: &mut Q) {
     assert!(tree.depth <= MAX_DEPTH, "the stacks have no more room");
-    SLOTS_OF_THREAD.with_borrow_mut(|slots| {
+    ROOM_OF_THREAD.with_borrow_mut(|room| {
         // SAFETY: the token says that the processor has AVX2, and what comes with it.
-        unsafe { trace_in(&mut slots.0, tree, rays, query) };
+        unsafe { trace_in(room, tree, rays, query) };
     });
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn trace_in<Q: Query>(slots: &mut [Slot; SLOTS], tree: View<'_>, rays: &[Ray], query: &mut Q) {
+fn trace_in<Q: Query>(room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut Q) {
     let mut next = 0;
     let mut wait = Waiting { stacks: 0, nodes: 0, leaves: 0 };
+    let Room { slots, occluders } = room;
+    if occluders.count != tree.blocks.len() {
+        *occluders = Occluders::none(tree.blocks.len());
+    }
     for (number, slot) in slots.iter_mut().enumerate() {
         if slot.start(tree, rays, &mut next, query) {
             wait.visit(tree, number, slot, tree.root);
@@ -226,10 +300,20 @@ fn trace_in<Q: Query>(slots: &mut [Slot; SLOTS], tree: View<'_>, rays: &[Ray], q
             let mut child = slot.pop::<Q>();
             if child == DONE {
                 query.answer(slot.index, &slot.best);
+                if Q::ANY && !slot.best.is_some() {
+                    occluders.learn_nothing();
+                }
                 if !slot.start(tree, rays, &mut next, query) {
                     continue;
                 }
                 child = tree.root;
+                if Q::ANY
+                    && let Some(block) = occluders.guess(slot.directions, slot.index)
+                {
+                    slot.children[slot.top] = child;
+                    slot.top += 1;
+                    child = block;
+                }
             }
             wait.visit(tree, number, slot, child);
         }
@@ -261,6 +345,7 @@ fn trace_in<Q: Query>(slots: &mut [Slot; SLOTS], tree: View<'_>, rays: &[Ray], q
             } else if TriangleBlock::meets_any(tree.blocks, block, &slot.ray, &slot.lanes) {
                 slot.best = Best::SOME;
                 slot.top = BASE;
+                occluders.learn(slot.directions, slot.next);
             }
         }
         wait.stacks |= leaves;
@@ -311,6 +396,7 @@ impl Slot {
         next: DONE,
         top: BASE,
         index: 0,
+        directions: 0,
         best: Best::NONE,
         ray: TriangleRay::EMPTY,
         meetings: Meetings::NONE,
@@ -331,6 +417,9 @@ impl Slot {
         self.limit = ray.tmax;
         self.top = BASE;
         self.index = *next;
+        if Q::ANY {
+            self.directions = Occluders::set_of(ray.d);
+        }
         self.ray = TriangleRay::new(ray, query.ends(*next));
         self.best = Best::none(ray);
         *next += 1;
