@@ -328,7 +328,10 @@ fn trace_in<Q: Query>(room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut
         let (mut crossed, mut nearer) = (0, 0);
         for number in Bits(leaves) {
             let slot = &mut slots[number];
-            slot.meetings = TriangleBlock::meetings(tree.blocks, slot.next & !BLOCK, &slot.ray);
+            let block = slot.next & !BLOCK;
+            slot.meetings = TriangleBlock::meetings(tree.blocks, block, &slot.ray);
+            // Nearly every ray that leaves a surface visits the block that it starts in: no use to find out how far that is.
+            slot.meetings.candidates &= !lanes_of::<Q>(&tree.blocks[block as usize], &slot.ray);
             crossed |= u32::from(slot.meetings.candidates != 0) << number;
         }
         for number in Bits(crossed) {
@@ -350,6 +353,21 @@ fn trace_in<Q: Query>(room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut
         }
         wait.stacks |= leaves;
     }
+}
+
+/// The lanes of a block that hold what a ray starts or ends on, a bit each.
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn lanes_of<Q: Query>(block: &TriangleBlock, ray: &TriangleRay) -> u32 {
+    let ids = bytemuck::cast::<_, [i64; 4]>(block.ids);
+    let ends = bytemuck::cast::<_, [i64; 2]>(ray.ends);
+    let ids = _mm256_set_epi64x(ids[3], ids[2], ids[1], ids[0]);
+    let mut own = _mm256_cmpeq_epi64(ids, _mm256_set1_epi64x(ends[0]));
+    // Only a ray that asks for any hit ends on something.
+    if Q::ANY {
+        own = _mm256_or_si256(own, _mm256_cmpeq_epi64(ids, _mm256_set1_epi64x(ends[1])));
+    }
+    _mm256_movemask_pd(_mm256_castsi256_pd(own)) as u32
 }
 
 /// The numbers of the bits that are set.

@@ -29,7 +29,7 @@ use glam::{Vec3, Vec4};
 pub(super) struct TriangleBlock {
     /// `[vertex][axis]`, a lane each.
     vertices: [[Vec4; 3]; 3],
-    ids: [Hit; BLOCK_SIZE],
+    pub(super) ids: [Hit; BLOCK_SIZE],
     /// The lanes in use, a bit each.
     used: u32,
     unused: [u32; 3],
@@ -41,7 +41,7 @@ pub(super) struct TriangleRay {
     ray: Ray,
     sheared: ShearedRay,
     /// The triangles it starts and ends on.
-    ends: [Hit; 2],
+    pub(super) ends: [Hit; 2],
 }
 
 impl BlockRay for TriangleRay {
