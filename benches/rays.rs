@@ -1,5 +1,6 @@
 //! Rays per second of one thread for the recorded rays of paths through scene files, for both accelerators, in turn, as
-//! ratios: `cargo bench --bench rays -- FILE...`, or some own scenes.
+//! ratios: `cargo bench --bench rays -- FILE...`, or some own scenes. `ten-million` and `instances` instead of a file are large
+//! scenes that are generated ([`recorded::generated`]); what is placed is our own tree's in Embree's case, too.
 //!
 //! Camera rays are asked one by one. Answers are checked: they may differ for ties and where Embree loses a ray.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark")]
@@ -9,6 +10,7 @@ mod common;
 mod recorded;
 
 use common::{accelerators, compiled, file_settings, project};
+use recorded::generated;
 use recorded::timed::{Measured, Rays, classes};
 use snell::accel::{Accelerator, Quality};
 use snell::integrator::{Estimator, PathReuse};
@@ -27,7 +29,13 @@ const ALLOWED_DIFFERENCES: f64 = 1e-4;
 const QUALITIES: [Quality; 3] = [Quality::Medium, Quality::Low, Quality::High];
 
 fn measure(file: &str, rounds: usize) {
-    let description = snell::loader::load(&project(file), &LoadOptions::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let (path, defines) = if generated::NAMES.contains(&file) {
+        generated::write(file, folder.path()).unwrap()
+    } else {
+        (project(file), Vec::new())
+    };
+    let description = snell::loader::load(&path, &LoadOptions { defines, ..Default::default() }).unwrap();
     let scene = compiled(&description, Accelerator::Native);
     let size = scene.film.crop;
     let mut settings = file_settings(&description, Estimator::Path, PATHS.div_ceil(size.width * size.height));

@@ -8,41 +8,38 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Rings along the tube.
-const RINGS: u32 = 4096;
-
-/// Vertices of a ring.
-const CORNERS: u32 = 128;
+/// Rings along the scene's tube, and vertices of a ring.
+pub const SIZE: [u32; 2] = [4096, 128];
 
 fn main() -> io::Result<()> {
     let beside_the_scene = || Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/million/mesh.ply");
-    write_mesh(&std::env::args_os().nth(1).map_or_else(beside_the_scene, PathBuf::from))
+    write_mesh(&std::env::args_os().nth(1).map_or_else(beside_the_scene, PathBuf::from), SIZE)
 }
 
-/// Writes the mesh as binary PLY, with positions only.
+/// Writes the mesh with so many rings of so many vertices as binary PLY, with positions only.
 ///
 /// # Errors
 ///
 /// Those of creating and writing the file.
-pub fn write_mesh(path: &Path) -> io::Result<()> {
+pub fn write_mesh(path: &Path, [rings, corners]: [u32; 2]) -> io::Result<()> {
     let mut out = BufWriter::new(File::create(path)?);
-    let (vertices, faces) = (RINGS * CORNERS, 2 * RINGS * CORNERS);
+    let (vertices, faces) = (rings * corners, 2 * rings * corners);
     writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}")?;
     writeln!(out, "property float x\nproperty float y\nproperty float z")?;
     writeln!(out, "element face {faces}\nproperty list uchar int vertex_indices\nend_header")?;
-    for ring in 0..RINGS {
-        let u = TAU * f64::from(ring) / f64::from(RINGS);
+    for ring in 0..rings {
+        let u = TAU * f64::from(ring) / f64::from(rings);
         let frame = Frame::at(u);
-        for corner in 0..CORNERS {
-            let v = TAU * f64::from(corner) / f64::from(CORNERS);
+        for corner in 0..corners {
+            let v = TAU * f64::from(corner) / f64::from(corners);
             for coordinate in frame.vertex(u, v).as_vec3().to_array() {
                 out.write_all(&coordinate.to_le_bytes())?;
             }
         }
     }
-    for ring in 0..RINGS {
-        for corner in 0..CORNERS {
-            let at = |ring, corner| ring % RINGS * CORNERS + corner % CORNERS;
+    for ring in 0..rings {
+        for corner in 0..corners {
+            let at = |ring, corner| ring % rings * corners + corner % corners;
             let (a, b) = (at(ring, corner), at(ring, corner + 1));
             let (c, d) = (at(ring + 1, corner), at(ring + 1, corner + 1));
             // Counter-clockwise from outside.

@@ -298,7 +298,7 @@ pub fn scene_parameters(name: &str, res: u32, scratch: &Path) -> Vec<(String, St
     let mut parameters = vec![("res".to_owned(), res.to_string())];
     if name == "million" {
         let mesh = scratch.join("mesh.ply");
-        million::write_mesh(&mesh).expect("the mesh can be written");
+        million::write_mesh(&mesh, million::SIZE).expect("the mesh can be written");
         parameters.push(("mesh".to_owned(), mesh.to_str().expect("a path in UTF-8").to_owned()));
     }
     parameters
