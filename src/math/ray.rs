@@ -1,6 +1,6 @@
 //! Rays.
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 /// The points `o + t·d` with `tmin < t < tmax`, in the compiled scene's space.
 ///
@@ -29,6 +29,17 @@ impl Ray {
     #[inline]
     pub fn contains(&self, t: f64) -> bool {
         t > f64::from(self.tmin) && t < f64::from(self.tmax)
+    }
+
+    /// The same in another space, in f64; distances stay the same.
+    #[inline]
+    pub fn transformed(&self, map: &DAffine3) -> DRay {
+        DRay {
+            o: map.transform_point3(self.o.as_dvec3()),
+            d: map.matrix3 * self.d.as_dvec3(),
+            tmin: self.tmin,
+            tmax: self.tmax,
+        }
     }
 
     /// The open segment from `a` to `b`.

@@ -109,12 +109,12 @@ impl Placement {
     /// The ray in the group's space; distances stay the same.
     #[inline]
     pub fn ray_to_group(&self, ray: &Ray) -> DRay {
-        DRay {
-            o: self.to_group.transform_point3(ray.o.as_dvec3()),
-            d: self.to_group.matrix3 * ray.d.as_dvec3(),
-            tmin: ray.tmin,
-            tmax: ray.tmax,
-        }
+        ray.transformed(&self.to_group)
+    }
+
+    /// The map from the scene to the group's space.
+    pub fn to_group(&self) -> &DAffine3 {
+        &self.to_group
     }
 
     /// A box in the scene around what is in a box of the group, whatever the rounding.

@@ -364,6 +364,31 @@ impl ExactWatertightRay {
         Self(ExactRay::new(ray))
     }
 
+    /// Those of four triangles, stored as `v[vertex][axis]` with a lane each, whose planes the line crosses inside of them or
+    /// on their rims, a bit each: what [`Self::intersect`] asks first.
+    #[inline(always)]
+    pub fn crosses4(&self, v: &[[Vec4; 3]; 3]) -> u32 {
+        let Self(ExactRay { axes: [x, y, z], origin: [ox, oy, oz], shear: [sx, sy], .. }) = *self;
+        let mut p = [[[0.0; 4]; 2]; 3];
+        for (p, v) in p.iter_mut().zip(v) {
+            let (vx, vy, vz) = (v[x].to_array(), v[y].to_array(), v[z].to_array());
+            for lane in 0..4 {
+                let depth = f64::from(vz[lane]) - oz;
+                p[0][lane] = (f64::from(vx[lane]) - ox) - sx * depth;
+                p[1][lane] = (f64::from(vy[lane]) - oy) - sy * depth;
+            }
+        }
+        let mut lanes = 0;
+        for lane in 0..4 {
+            let of = |i: usize| [p[i][0][lane], p[i][1][lane]];
+            let e = edge_functions(&[of(0), of(1), of(2)]);
+            let negative = (e[0] < 0.0) | (e[1] < 0.0) | (e[2] < 0.0);
+            let positive = (e[0] > 0.0) | (e[1] > 0.0) | (e[2] > 0.0);
+            lanes |= u32::from(negative != positive) << lane;
+        }
+        lanes
+    }
+
     /// Distance to the triangle in units of the direction, where the ray meets it (from either side) inside its open
     /// interval.
     #[inline]

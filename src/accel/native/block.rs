@@ -7,7 +7,7 @@ use super::wide::Stack;
 use crate::accel::Hit;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use std::fmt::Debug;
 use std::ops::Deref;
 
@@ -92,6 +92,27 @@ pub(super) fn triangle(shapes: &[Shape], id: Hit) -> [Vec3; 3] {
         unreachable!("triangles are parts of meshes");
     };
     mesh.triangle(id.primitive)
+}
+
+/// Up to four triangles by their names, and lane by lane as `[vertex][axis]`; unused lanes repeat the last one.
+pub(super) fn side_by_side(items: &[Item], shapes: &[Shape]) -> ([Hit; BLOCK_SIZE], [[Vec4; 3]; 3]) {
+    let ids = std::array::from_fn(|i| lane(items, i).id());
+    let mut vertices = [[Vec4::ZERO; 3]; 3];
+    for (i, &id) in ids.iter().enumerate() {
+        for (vertex, position) in vertices.iter_mut().zip(triangle(shapes, id)) {
+            for (axis, coordinate) in vertex.iter_mut().zip(position.to_array()) {
+                axis[i] = coordinate;
+            }
+        }
+    }
+    (ids, vertices)
+}
+
+/// The corners of the triangle in a lane.
+#[inline(always)]
+pub(super) fn corners_of([a, b, c]: &[[Vec4; 3]; 3], lane: usize) -> [Vec3; 3] {
+    let corner = |v: &[Vec4; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
+    [corner(a), corner(b), corner(c)]
 }
 
 /// A quadric.

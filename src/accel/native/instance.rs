@@ -3,7 +3,7 @@
 //! A group has one tree, however often it is placed. Its primitives are tested in f64 ([`crate::shape::placed`]); its
 //! boxes are walked by the ray rounded to f32, for which they are wide enough ([`super::wide`]).
 
-use super::block::{self, BLOCK_SIZE, Block, BlockRay, PlainRay, lane};
+use super::block::{self, BLOCK_SIZE, Block, BlockRay, PlainRay};
 use super::build::Item;
 use super::spatial::Corners;
 use super::wide::{Stack, Tree};
@@ -11,9 +11,10 @@ use super::{Nearest, is_mesh, items};
 use crate::accel::{Hit, Quality};
 use crate::math::ray::{DRay, Ray};
 use crate::shape::Shape;
-use crate::shape::placed::{Group, Placed, Placement};
+use crate::shape::placed::{Group, Placed};
 use crate::shape::triangle::ExactWatertightRay;
-use glam::Vec3;
+use glam::{DAffine3, Vec4};
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -40,7 +41,7 @@ impl Instances {
             });
             let bounds = placed.placement.bounds_to_scene(placed.group.bounds());
             instances.push(Item::new(bounds, Hit { shape: table.len() as u32, primitive: 0 }));
-            table.push(Instance { first: index, placement: placed.placement.clone(), group: groups[group].clone() });
+            table.push(Instance { first: index, to_group: *placed.placement.to_group(), group: groups[group].clone() });
         }
         Tree::build(instances, &table[..], quality).map(|tree| Self { tree, groups })
     }
@@ -66,20 +67,15 @@ impl Instances {
 pub(super) struct Instance {
     /// The index of its first shape among those of the scene.
     first: u32,
-    placement: Arc<Placement>,
+    /// Here, and not where the placement is: it is read for every ray that comes near.
+    to_group: DAffine3,
     group: Arc<GroupTrees>,
 }
 
 impl Instance {
     fn local(&self, ray: &PlainRay) -> GroupRay {
-        let line = self.placement.ray_to_group(&ray.ray);
-        GroupRay {
-            rounded: line.rounded(),
-            line,
-            watertight: ExactWatertightRay::new(&line),
-            first: self.first,
-            ends: ray.ends,
-        }
+        let line = ray.ray.transformed(&self.to_group);
+        GroupRay { rounded: line.rounded(), line, watertight: OnceCell::new(), first: self.first, ends: ray.ends }
     }
 }
 
@@ -115,11 +111,12 @@ impl Block for Instance {
 }
 
 /// A ray in the space of a group.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct GroupRay {
     rounded: Ray,
     line: DRay,
-    watertight: ExactWatertightRay,
+    /// Worked out at the first block: most rays pass by all.
+    watertight: OnceCell<ExactWatertightRay>,
     /// What the indices of the group's shapes count from.
     first: u32,
     /// The primitives that it starts and ends on, by their numbers in the scene.
@@ -176,22 +173,34 @@ impl GroupTrees {
     }
 }
 
-/// Four triangles of a group.
+/// Four triangles of a group, stored as those of the scene are.
 #[derive(Debug)]
 struct GroupTriangles {
-    vertices: [[Vec3; 3]; BLOCK_SIZE],
+    /// `[vertex][axis]`, a lane each.
+    vertices: [[Vec4; 3]; 3],
     ids: [Hit; BLOCK_SIZE],
-    count: usize,
+    /// The lanes in use, a bit each.
+    used: u32,
 }
 
 impl GroupTriangles {
-    /// The distances at which the ray meets triangles, with these.
-    #[inline]
-    fn hits(&self, ray: &GroupRay) -> impl Iterator<Item = (f32, Hit)> {
-        self.vertices[..self.count].iter().zip(&self.ids).filter_map(|(vertices, &id)| {
-            let t = ray.watertight.intersect(*vertices)?;
-            Some((t as f32, ray.in_scene(id))).filter(|(_, id)| !ray.ends.contains(id))
-        })
+    /// Tells `on_hit` of the triangles that the ray meets, with the distances, until it returns true; returns whether it did.
+    #[inline(always)]
+    fn hits(&self, ray: &GroupRay, mut on_hit: impl FnMut(f32, Hit) -> bool) -> bool {
+        let watertight = ray.watertight.get_or_init(|| ExactWatertightRay::new(&ray.line));
+        let mut lanes = watertight.crosses4(&self.vertices) & self.used;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % BLOCK_SIZE;
+            lanes &= lanes - 1;
+            let id = ray.in_scene(self.ids[lane]);
+            if !ray.ends.contains(&id)
+                && let Some(t) = watertight.intersect(block::corners_of(&self.vertices, lane))
+                && on_hit(t as f32, id)
+            {
+                return true;
+            }
+        }
+        false
     }
 }
 
@@ -208,21 +217,25 @@ impl Block for GroupTriangles {
     }
 
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
-        let ids = std::array::from_fn(|i| lane(items, i).id());
-        let vertices = ids.map(|id| block::triangle(shapes, id));
-        Self { vertices, ids, count: items.len() }
+        let (ids, vertices) = block::side_by_side(items, shapes);
+        Self { vertices, ids, used: (1 << items.len()) - 1 }
     }
 
     fn limit(nearest: &Nearest) -> f32 {
         nearest.t
     }
 
+    #[inline(always)]
     fn closest(blocks: &[Self], index: u32, ray: &GroupRay, nearest: &mut Nearest, _: &mut Stack) {
-        blocks[index as usize].hits(ray).for_each(|(t, id)| nearest.offer(t, id));
+        blocks[index as usize].hits(ray, |t, id| {
+            nearest.offer(t, id);
+            false
+        });
     }
 
+    #[inline(always)]
     fn any(blocks: &[Self], index: u32, ray: &GroupRay, _: &mut Stack) -> bool {
-        blocks[index as usize].hits(ray).next().is_some()
+        blocks[index as usize].hits(ray, |_, _| true)
     }
 }
 

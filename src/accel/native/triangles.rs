@@ -6,7 +6,7 @@
 //! Which triangle counts, and which of two is nearer, is a matter of distances in f64 ([`crate::shape::triangle`]). Bounds of them in
 //! f32 decide nearly always; where they overlap, or an edge function is 0, [`settle`] computes them.
 
-use super::block::{BLOCK_SIZE, Block, BlockRay, SceneRay, lane, triangle};
+use super::block::{BLOCK_SIZE, Block, BlockRay, SceneRay, corners_of, side_by_side, triangle};
 use super::build::Item;
 #[cfg(target_arch = "x86_64")]
 use super::interleaved::{self, Any, Closest, View};
@@ -156,7 +156,7 @@ fn id(blocks: &[TriangleBlock], place: u32) -> Hit {
 /// The distance of a triangle, from f64, if the ray meets it inside its interval.
 fn exact_distance(blocks: &[TriangleBlock], place: u32, ray: &Ray) -> Option<f32> {
     let (block, lane) = (&blocks[place as usize / BLOCK_SIZE], place as usize % BLOCK_SIZE);
-    let [a, b, c] = block.vertices.map(|v| Vec3::new(v[0][lane], v[1][lane], v[2][lane]));
+    let [a, b, c] = corners_of(&block.vertices, lane);
     WatertightRay::new(ray).intersect(a, b, c)
 }
 
@@ -238,15 +238,7 @@ impl Block for TriangleBlock {
     }
 
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
-        let ids = std::array::from_fn(|i| lane(items, i).id());
-        let mut vertices = [[Vec4::ZERO; 3]; 3];
-        for (i, &id) in ids.iter().enumerate() {
-            for (vertex, position) in vertices.iter_mut().zip(triangle(shapes, id)) {
-                for (axis, coordinate) in vertex.iter_mut().zip(position.to_array()) {
-                    axis[i] = coordinate;
-                }
-            }
-        }
+        let (ids, vertices) = side_by_side(items, shapes);
         Self { vertices, ids, used: (1 << items.len()) - 1, unused: [0; 3] }
     }
 
