@@ -44,8 +44,8 @@ pub struct Choice {
 impl Choice {
     /// What to take for about so many rays through `shapes`, where the user asked for `accelerator` and `quality`, if any.
     ///
-    /// Our own tree takes longer to build than Embree's, and rays take less time in it: 0.55 to 0.85 of the time of Embree
-    /// (robust) in scenes of 60,000 to 600,000 triangles (as much as Embree's where a ray meets something after five
+    /// Our own tree takes longer to build than Embree's, and rays take less time in it: 0.35 to 0.85 of the time of Embree
+    /// (robust) in scenes of 60,000 to ten million triangles (nearly as much as Embree's where a ray meets something after five
     /// boxes). So it is ours for few triangles, outside of groups ([`Accel::FEW_TRIANGLES`]), or for many rays a
     /// triangle ([`Accel::MANY_RAYS`]); else Embree, where it is compiled in. Embree is built with [`Quality::Medium`], ours with
     /// the highest that pays ([`Accel::RAYS_FOR_HIGH`], [`Accel::RAYS_FOR_MEDIUM`]).
@@ -89,13 +89,15 @@ mod tests {
         assert_eq!((few.accelerator, few.quality), (Accelerator::Native, Quality::High));
         let count = 2 * Accel::FEW_TRIANGLES;
         let choose = |rays: f64| Choice::new(Accelerator::Auto, None, &triangles(count), rays * count as f64);
-        let [less, more, most] = [0.5 * Accel::MANY_RAYS, Accel::MANY_RAYS, Accel::RAYS_FOR_HIGH].map(choose);
+        let steps = [0.5 * Accel::MANY_RAYS, Accel::MANY_RAYS, Accel::RAYS_FOR_MEDIUM, Accel::RAYS_FOR_HIGH];
+        let [less, more, many, most] = steps.map(choose);
         let expected = match cfg!(feature = "embree") {
-            true => (Accelerator::Embree, Quality::Medium, "few rays a triangle, some 4.0 rays each"),
-            false => (Accelerator::Native, Quality::Low, "there is no other, some 4.0 rays each"),
+            true => (Accelerator::Embree, Quality::Medium, "few rays a triangle, some 2.0 rays each"),
+            false => (Accelerator::Native, Quality::Low, "there is no other, some 2.0 rays each"),
         };
         assert_eq!((less.accelerator, less.quality, &less.reason[..]), expected);
-        assert_eq!((more.accelerator, more.quality), (Accelerator::Native, Quality::Medium));
+        assert_eq!((more.accelerator, more.quality), (Accelerator::Native, Quality::Low));
+        assert_eq!((many.accelerator, many.quality), (Accelerator::Native, Quality::Medium));
         assert_eq!((most.accelerator, most.quality), (Accelerator::Native, Quality::High));
     }
 
