@@ -1,16 +1,17 @@
 //! Rays per second of one thread for the recorded rays of paths through scene files, for both accelerators, in turn, as
 //! ratios: `cargo bench --bench rays -- FILE...`, or some own scenes. `ten-million` and `instances` instead of a file are large
-//! scenes that are generated ([`recorded::generated`]); what is placed is our own tree's in Embree's case, too.
+//! scenes that are generated ([`generated`]); what is placed is our own tree's in Embree's case, too.
 //!
 //! Camera rays are asked one by one. Answers are checked: they may differ for ties and where Embree loses a ray.
-#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark")]
+#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark")]
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "recorded/generated.rs"]
+mod generated;
 mod recorded;
 
 use common::{accelerators, compiled, file_settings, project};
-use recorded::generated;
 use recorded::timed::{Measured, Rays, classes};
 use snell::accel::{Accelerator, Quality};
 use snell::integrator::{Estimator, PathReuse};

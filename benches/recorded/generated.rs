@@ -1,8 +1,6 @@
 //! Scenes too large to keep: ten million triangles, and a mesh that stands in 25,000 places. Written when they are asked for.
 
-#[path = "../../scenes/million/generate.rs"]
-mod million;
-
+use crate::common::million;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 

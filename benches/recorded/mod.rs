@@ -1,7 +1,6 @@
 //! The rays of some paths of a scene, in the batches in which the renderer asks them.
 #![allow(dead_code, unreachable_pub, reason = "each of its users is a crate of its own and needs a part")]
 
-pub mod generated;
 pub mod timed;
 
 use snell::accel::Hit;

@@ -47,7 +47,7 @@
 
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::{DRay, Line, Ray};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, DVec4, Vec3, Vec4};
 
 /// The number of unit roundoffs of the largest coordinate of v − o that a sheared vertex may be off by.
 pub const SHEAR_ROUNDINGS: u32 = 6;
@@ -369,24 +369,14 @@ impl ExactWatertightRay {
     #[inline(always)]
     pub fn crosses4(&self, v: &[[Vec4; 3]; 3]) -> u32 {
         let Self(ExactRay { axes: [x, y, z], origin: [ox, oy, oz], shear: [sx, sy], .. }) = *self;
-        let mut p = [[[0.0; 4]; 2]; 3];
-        for (p, v) in p.iter_mut().zip(v) {
-            let (vx, vy, vz) = (v[x].to_array(), v[y].to_array(), v[z].to_array());
-            for lane in 0..4 {
-                let depth = f64::from(vz[lane]) - oz;
-                p[0][lane] = (f64::from(vx[lane]) - ox) - sx * depth;
-                p[1][lane] = (f64::from(vy[lane]) - oy) - sy * depth;
-            }
-        }
-        let mut lanes = 0;
-        for lane in 0..4 {
-            let of = |i: usize| [p[i][0][lane], p[i][1][lane]];
-            let e = edge_functions(&[of(0), of(1), of(2)]);
-            let negative = (e[0] < 0.0) | (e[1] < 0.0) | (e[2] < 0.0);
-            let positive = (e[0] > 0.0) | (e[1] > 0.0) | (e[2] > 0.0);
-            lanes |= u32::from(negative != positive) << lane;
-        }
-        lanes
+        let sheared = |v: &[Vec4; 3]| {
+            let depth = v[z].as_dvec4() - oz;
+            [(v[x].as_dvec4() - ox) - sx * depth, (v[y].as_dvec4() - oy) - sy * depth]
+        };
+        let e = edge_functions(&[sheared(&v[0]), sheared(&v[1]), sheared(&v[2])]);
+        let negative = e[0].cmplt(DVec4::ZERO) | e[1].cmplt(DVec4::ZERO) | e[2].cmplt(DVec4::ZERO);
+        let positive = e[0].cmpgt(DVec4::ZERO) | e[1].cmpgt(DVec4::ZERO) | e[2].cmpgt(DVec4::ZERO);
+        (negative ^ positive).bitmask()
     }
 
     /// Distance to the triangle in units of the direction, where the ray meets it (from either side) inside its open

@@ -5,7 +5,7 @@
 
 mod estimate;
 #[path = "../../scenes/million/generate.rs"]
-mod million;
+pub mod million;
 mod references;
 
 #[allow(unused_imports, reason = "each test file uses its own part of this")]

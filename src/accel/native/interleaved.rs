@@ -324,34 +324,41 @@ fn trace_in<Q: Query>(room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut
         for number in Bits(std::mem::take(&mut wait.nodes)) {
             slots[number].step::<Q>(tree, number, &mut wait);
         }
-        // First whether triangles may be met, for all; then, of the few that may, how far away they are; then what is nearer.
-        let (mut crossed, mut nearer) = (0, 0);
-        for number in Bits(leaves) {
-            let slot = &mut slots[number];
-            let block = slot.next & !BLOCK;
-            slot.meetings = TriangleBlock::meetings(tree.blocks, block, &slot.ray);
-            // Nearly every ray that leaves a surface visits the block that it starts in: no use to find out how far that is.
-            slot.meetings.candidates &= !lanes_of::<Q>(&tree.blocks[block as usize], &slot.ray);
-            crossed |= u32::from(slot.meetings.candidates != 0) << number;
-        }
-        for number in Bits(crossed) {
-            let slot = &mut slots[number];
-            slot.lanes = Lanes::new(&slot.meetings, &slot.ray, slot.limit);
-            nearer |= u32::from(slot.lanes.rest != 0) << number;
-        }
-        for number in Bits(nearer) {
-            let slot = &mut slots[number];
-            let block = slot.next & !BLOCK;
-            if !Q::ANY {
-                TriangleBlock::take_closest(tree.blocks, block, &slot.ray, &slot.lanes, &mut slot.best);
-                slot.limit = slot.best.limit();
-            } else if TriangleBlock::meets_any(tree.blocks, block, &slot.ray, &slot.lanes) {
-                slot.best = Best::SOME;
-                slot.top = BASE;
-                occluders.learn(slot.directions, slot.next);
-            }
-        }
+        test_blocks::<Q>(slots, leaves, tree, occluders);
         wait.stacks |= leaves;
+    }
+}
+
+/// Tests the blocks that these rays have come to.
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn test_blocks<Q: Query>(slots: &mut [Slot; SLOTS], leaves: u32, tree: View<'_>, occluders: &mut Occluders) {
+    // First whether triangles may be met, for all; then, of the few that may, how far away they are; then what is nearer.
+    let (mut crossed, mut nearer) = (0, 0);
+    for number in Bits(leaves) {
+        let slot = &mut slots[number];
+        let block = slot.next & !BLOCK;
+        slot.meetings = TriangleBlock::meetings(tree.blocks, block, &slot.ray);
+        // Nearly every ray that leaves a surface visits the block that it starts in: no use to find out how far that is.
+        slot.meetings.candidates &= !lanes_of::<Q>(&tree.blocks[block as usize], &slot.ray);
+        crossed |= u32::from(slot.meetings.candidates != 0) << number;
+    }
+    for number in Bits(crossed) {
+        let slot = &mut slots[number];
+        slot.lanes = Lanes::new(&slot.meetings, &slot.ray, slot.limit);
+        nearer |= u32::from(slot.lanes.rest != 0) << number;
+    }
+    for number in Bits(nearer) {
+        let slot = &mut slots[number];
+        let block = slot.next & !BLOCK;
+        if !Q::ANY {
+            TriangleBlock::take_closest(tree.blocks, block, &slot.ray, &slot.lanes, &mut slot.best);
+            slot.limit = slot.best.limit();
+        } else if TriangleBlock::meets_any(tree.blocks, block, &slot.ray, &slot.lanes) {
+            slot.best = Best::SOME;
+            slot.top = BASE;
+            occluders.learn(slot.directions, slot.next);
+        }
     }
 }
 
