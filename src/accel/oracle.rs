@@ -5,11 +5,12 @@
 //! has an error of at most γ₈·Σ|d|·|v_j − o|·|v_k − o| over the six products (`VOLUME_ROUNDINGS`).
 //!
 //! The accelerators may move a vertex by a few roundings of f32 ([`crate::shape::triangle`]), so near the rim of a
-//! triangle both answers are in order: [`Contact::Rim`].
+//! triangle both answers are in order: [`Contact::Rim`]. What is placed they meet in f64, and so the rim of a placed triangle
+//! is narrower: a few roundings of f64, in the group's space.
 
 use super::Hit;
 use crate::math::float::{UNIT_ROUNDOFF, UNIT_ROUNDOFF_F64};
-use crate::math::ray::{Line, Ray};
+use crate::math::ray::{DRay, Line, Ray};
 use crate::shape::Shape;
 use crate::shape::triangle::{self, SHEAR_ROUNDINGS};
 use glam::{DVec3, Vec3};
@@ -17,13 +18,23 @@ use glam::{DVec3, Vec3};
 /// Rounded operations that a volume goes through, with one for the bound's own rounding.
 const VOLUME_ROUNDINGS: f64 = 8.0;
 
+/// Roundings of f64, of the largest coordinate of v − o, that the test of placed triangles may be off by sideways: those of
+/// [`SHEAR_ROUNDINGS`], one more for a product with 1/d.z in place of a quotient, and one for the products of edge functions.
+/// These are off by 2·u·P², P ≤ 2·M, and a vertex that moves by u·M changes them by up to 4·P·u·M.
+const PLACED_ROUNDINGS: f64 = SHEAR_ROUNDINGS as f64 + 2.0;
+
+/// Roundings of f32, of the same, that the point of a placed triangle may be beside the ray. Edge functions have errors of
+/// 4·u·P² (u = 2⁻⁵³), so that the barycentrics are off by 26·u·P²/|D| together. |D| is above 2⁻²⁵·P², or else a point of the
+/// rim is taken, which is nearer. That is 26·2⁻²⁸·P, and P ≤ 2·M.
+const BESIDE_ROUNDINGS: f64 = 4.0;
+
 /// How a ray and one primitive stand to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
     /// They do not meet in the ray's interval.
     Miss,
-    /// The ray passes so near the primitive's rim, inside or outside, that f32 cannot tell; with the distance and what
-    /// that may be off by.
+    /// The ray passes so near the primitive's rim, inside or outside, that f32 cannot tell (f64, if it is placed); with the
+    /// distance and what that may be off by.
     Rim(f64, f64),
     /// They meet; with the distance and the rounding of f32 in it.
     Inside(f64, f64),
@@ -58,8 +69,13 @@ pub enum Verdict {
 
 /// The closest hit and its distance: the lowest shape and primitive of those at exactly the same distance.
 pub fn closest(shapes: &[Shape], ray: &Ray) -> Option<(Hit, f64)> {
+    closest_but(shapes, ray, &[])
+}
+
+/// [`closest`] of all primitives but those that are `left_out`.
+pub fn closest_but(shapes: &[Shape], ray: &Ray, left_out: &[Hit]) -> Option<(Hit, f64)> {
     let mut nearest: Option<(Hit, f64)> = None;
-    for hit in ids(shapes) {
+    for hit in ids(shapes).filter(|hit| !left_out.contains(hit)) {
         let t = match crosses(shapes, hit, ray) {
             Some(t) if ray.contains(t) => t,
             _ => continue,
@@ -103,6 +119,10 @@ fn cross_triangle(ray: &impl Line, v: [Vec3; 3]) -> Option<f64> {
 pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
     let contact = match &shapes[hit.shape as usize] {
         Shape::Mesh(mesh) => triangle_contact(ray, mesh.triangle(hit.primitive)),
+        Shape::Placed(placed) if matches!(placed.shape(), Shape::Mesh(_)) => {
+            let Shape::Mesh(mesh) = placed.shape() else { return Contact::Miss };
+            placed_contact(&placed.placement.ray_to_group(ray), mesh.triangle(hit.primitive))
+        }
         other => exact_contact(ray, other, hit.primitive),
     };
     match contact.distance() {
@@ -115,25 +135,44 @@ pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
 
 fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     let volumes = Volumes::new(ray, v);
-    let size = v.iter().map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element()).fold(0.0, f64::max);
-    let rounding =
-        f64::from(UNIT_ROUNDOFF) * volumes.t.abs() + VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * size * volumes.slope;
-    let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * size;
+    let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * volumes.size;
     if volumes.same_sign(volumes.error + volumes.change(ray, v, allowed)) {
-        return Contact::Inside(volumes.t, rounding);
+        return Contact::Inside(volumes.t, volumes.rounding());
     }
+    rim_contact(ray, v, &volumes, allowed, allowed)
+}
+
+/// The same of a placed triangle and the ray in its group's space, which is the same for whoever asks. Where edge functions
+/// certainly have opposite signs it is a miss; in the plane of the triangle that is not certain, and how far beside the
+/// triangle the ray passes must tell.
+fn placed_contact(ray: &DRay, v: [Vec3; 3]) -> Contact {
+    let volumes = Volumes::new(ray, v);
+    let allowed = PLACED_ROUNDINGS * UNIT_ROUNDOFF_F64 * volumes.size;
+    let margin = volumes.error + volumes.change(ray, v, allowed);
+    if volumes.same_sign(margin) {
+        return Contact::Inside(volumes.t, volumes.rounding());
+    }
+    if volumes.are_opposed(margin) {
+        return Contact::Miss;
+    }
+    rim_contact(ray, v, &volumes, allowed, BESIDE_ROUNDINGS * f64::from(UNIT_ROUNDOFF) * volumes.size)
+}
+
+/// Whether a ray that is not certainly inside meets the rim of a triangle: the point that is taken for the hit is at most
+/// `beside` from the ray, which may have been moved sideways by `allowed`.
+fn rim_contact(ray: &impl Line, v: [Vec3; 3], volumes: &Volumes, allowed: f64, beside: f64) -> Contact {
     let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
     let point: DVec3 = v.iter().zip(resolved.b).map(|(v, b)| v.as_dvec3() * b).sum();
-    let beside = (ray.o.as_dvec3() + resolved.t * ray.d.as_dvec3() - point).abs().max_element();
-    if beside <= allowed {
+    let gap = (ray.origin() + resolved.t * ray.direction() - point).abs().max_element();
+    if gap <= beside {
         // Moving the ray sideways by what is allowed moves the distance by this much, along the slope of the plane.
-        Contact::Rim(resolved.t, rounding + allowed * volumes.slope)
+        Contact::Rim(resolved.t, volumes.rounding() + allowed * volumes.slope)
     } else {
         Contact::Miss
     }
 }
 
-/// The accelerators decide about what is no mesh of the scene by the same code, in f64.
+/// The accelerators decide about quadrics by the same code, in f64.
 fn exact_contact(ray: &Ray, shape: &Shape, primitive: u32) -> Contact {
     let t = shape.resolve_distance(primitive, ray);
     let p = ray.o.as_dvec3() + t * ray.d.as_dvec3();
@@ -150,6 +189,8 @@ struct Volumes {
     e: [f64; 3],
     /// Bound on the error of each of `e`.
     error: f64,
+    /// Largest coordinate of the vertices as seen from the origin.
+    size: f64,
     /// Distance in the plane.
     t: f64,
     /// Change of the distance per length that the ray is moved sideways, at most.
@@ -168,25 +209,36 @@ impl Volumes {
         Self {
             e,
             error: VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * products,
+            size,
             t: normal.dot(a) / facing,
             slope: normal.length() / facing.abs(),
         }
     }
 
+    /// What the distance may be off by where the ray is not moved: its rounding to f32, and that of f64 along the slope.
+    fn rounding(&self) -> f64 {
+        f64::from(UNIT_ROUNDOFF) * self.t.abs() + VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * self.size * self.slope
+    }
+
     /// By how much any of `e` changes at most when vertices move sideways by `allowed`. As seen along the ray, at a depth
     /// of the dominant component d.z, e is d.z times the cross product of two vertices that are at most `spread` from it.
-    fn change(&self, ray: &Ray, v: [Vec3; 3], allowed: f64) -> f64 {
-        let d = ray.d.as_dvec3();
+    fn change(&self, ray: &impl Line, v: [Vec3; 3], allowed: f64) -> f64 {
+        let d = ray.direction();
         let dominant = d.abs().max_element();
         let axis = d.abs().to_array().iter().position(|&c| c == dominant).unwrap_or(0);
         let spread = v
             .iter()
             .map(|v| {
-                let a = v.as_dvec3() - ray.o.as_dvec3();
+                let a = v.as_dvec3() - ray.origin();
                 (a - d * (a[axis] / d[axis])).abs().max_element()
             })
             .fold(0.0, f64::max);
         dominant * (4.0 * spread * allowed + 2.0 * allowed * allowed)
+    }
+
+    /// Whether two have different signs and are further from 0 than `margin`.
+    fn are_opposed(&self, margin: f64) -> bool {
+        self.e.iter().any(|&e| e > margin) && self.e.iter().any(|&e| e < -margin)
     }
 
     /// Whether all have the same sign and are further from 0 than `margin` (or, with 0, not on different sides of it).
@@ -238,14 +290,17 @@ pub enum Standing {
     False,
 }
 
-/// Judges what was said to be the closest hit of `ray`; `truth` is what [`closest`] says.
+/// Judges what was said to be the closest hit of `ray` with primitives `left_out`; `truth` is what [`closest_but`] says.
 ///
 /// Where the truth is on a rim, so that f32 may pass it by, the answer must still be as near as whatever the ray meets
 /// for certain, and well inside of its interval: at an end f64 may have to round. Distances that are the same in f32 are the
 /// same: no accelerator tells them apart.
-pub fn standing(shapes: &[Shape], ray: &Ray, truth: Hit, answer: Hit) -> Standing {
+pub fn standing(shapes: &[Shape], ray: &Ray, left_out: &[Hit], truth: Hit, answer: Hit) -> Standing {
     if answer == truth {
         return Standing::Same;
+    }
+    if answer.is_some() && left_out.contains(&answer) {
+        return Standing::False;
     }
     match verdict(shapes, ray, truth, answer) {
         Verdict::NativeFalse => return Standing::False,
@@ -263,5 +318,6 @@ pub fn standing(shapes: &[Shape], ray: &Ray, truth: Hit, answer: Hit) -> Standin
         }
         _ => false,
     };
-    if ids(shapes).any(|hit| may_be_nearer(hit) && is_nearer(hit)) { Standing::Missed } else { Standing::Tie }
+    let mut others = ids(shapes).filter(|hit| !left_out.contains(hit));
+    if others.any(|hit| may_be_nearer(hit) && is_nearer(hit)) { Standing::Missed } else { Standing::Tie }
 }
