@@ -63,6 +63,12 @@ fn a_ray_can_be_traced_alone() {
         assert!(told.contains(part), "{part} in\n{told}");
     }
     assert!(told.contains(": right\n") || told.contains(": as right: a tie, or on a rim\n"), "{told}");
+    let known = ["check", "--mesh=boxes", "--kind=between", "--ray=300"];
+    let told = text(&desk.succeeds(&known).stdout);
+    assert!(
+        told.contains("\nleft out: shape 0 primitive ") && told.contains(", at the end shape 0 primitive "),
+        "{told}"
+    );
     let random = ["check", "--mesh=slivers", "--kind=random", "--ray=5"];
     assert!(text(&desk.succeeds(&random).stdout).contains("oracle: nothing\nnative: nothing, free: right\n"));
 }

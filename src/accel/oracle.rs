@@ -12,7 +12,7 @@ use super::Hit;
 use crate::math::float::{UNIT_ROUNDOFF, UNIT_ROUNDOFF_F64};
 use crate::math::ray::{DRay, Line, Ray};
 use crate::shape::Shape;
-use crate::shape::triangle::{self, SHEAR_ROUNDINGS};
+use crate::shape::triangle::{self, SHEAR_ROUNDINGS, TriangleHit};
 use glam::{DVec3, Vec3};
 
 /// Rounded operations that a volume goes through, with one for the bound's own rounding.
@@ -25,7 +25,7 @@ const PLACED_ROUNDINGS: f64 = SHEAR_ROUNDINGS as f64 + 2.0;
 
 /// Roundings of f32, of the same, that the point of a placed triangle may be beside the ray. Edge functions have errors of
 /// 4·u·P² (u = 2⁻⁵³), so that the barycentrics are off by 26·u·P²/|D| together. |D| is above 2⁻²⁵·P², or else a point of the
-/// rim is taken, which is nearer. That is 26·2⁻²⁸·P, and P ≤ 2·M.
+/// rim is taken, which is nearer. That is 26·2⁻²⁸·P, and P ≤ 2·M. The depth is off by as large a part of the triangle's own.
 const BESIDE_ROUNDINGS: f64 = 4.0;
 
 /// How a ray and one primitive stand to each other.
@@ -139,37 +139,47 @@ fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     if volumes.same_sign(volumes.error + volumes.change(ray, v, allowed)) {
         return Contact::Inside(volumes.t, volumes.rounding());
     }
-    rim_contact(ray, v, &volumes, allowed, allowed)
+    // Moving the ray sideways by what is allowed moves the distance by this much, along the slope of the plane.
+    let error = volumes.rounding() + allowed * volumes.slope;
+    rim_contact(ray, v, triangle::resolve(ray, v[0], v[1], v[2]), allowed, error)
 }
 
 /// The same of a placed triangle and the ray in its group's space, which is the same for whoever asks. Where edge functions
 /// certainly have opposite signs it is a miss; in the plane of the triangle that is not certain, and how far beside the
 /// triangle the ray passes must tell.
+///
+/// Of a triangle that is seen edge-on the distance is that of a point of its rim: it may be beside the ray, and as near or
+/// far as any of the triangle.
 fn placed_contact(ray: &DRay, v: [Vec3; 3]) -> Contact {
     let volumes = Volumes::new(ray, v);
-    let allowed = PLACED_ROUNDINGS * UNIT_ROUNDOFF_F64 * volumes.size;
-    let margin = volumes.error + volumes.change(ray, v, allowed);
-    if volumes.same_sign(margin) {
-        return Contact::Inside(volumes.t, volumes.rounding());
-    }
+    let margin = volumes.error + volumes.change(ray, v, PLACED_ROUNDINGS * UNIT_ROUNDOFF_F64 * volumes.size);
     if volumes.are_opposed(margin) {
         return Contact::Miss;
     }
-    rim_contact(ray, v, &volumes, allowed, BESIDE_ROUNDINGS * f64::from(UNIT_ROUNDOFF) * volumes.size)
+    let beside = BESIDE_ROUNDINGS * f64::from(UNIT_ROUNDOFF);
+    let depth = depth(ray, v);
+    let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
+    if volumes.same_sign(margin) && resolved.b.iter().all(|&b| b > 0.0) {
+        return Contact::Inside(volumes.t, volumes.rounding() + beside * depth);
+    }
+    let off = (beside * volumes.size * volumes.slope).min(depth);
+    rim_contact(ray, v, resolved, beside * volumes.size, f64::from(UNIT_ROUNDOFF) * resolved.t.abs() + off)
 }
 
-/// Whether a ray that is not certainly inside meets the rim of a triangle: the point that is taken for the hit is at most
-/// `beside` from the ray, which may have been moved sideways by `allowed`.
-fn rim_contact(ray: &impl Line, v: [Vec3; 3], volumes: &Volumes, allowed: f64, beside: f64) -> Contact {
-    let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
+/// By how much the distances of two points of a triangle differ at most.
+fn depth(ray: &impl Line, v: [Vec3; 3]) -> f64 {
+    let d = ray.direction();
+    let axis = dominant(d);
+    let depths = v.map(|v| f64::from(v[axis]) / d[axis]);
+    depths.iter().copied().fold(f64::MIN, f64::max) - depths.iter().copied().fold(f64::MAX, f64::min)
+}
+
+/// Whether a ray that is not certainly inside meets the rim of a triangle: the point that is taken for the hit, whose
+/// distance has this error, is at most `beside` from the ray.
+fn rim_contact(ray: &impl Line, v: [Vec3; 3], resolved: TriangleHit, beside: f64, error: f64) -> Contact {
     let point: DVec3 = v.iter().zip(resolved.b).map(|(v, b)| v.as_dvec3() * b).sum();
     let gap = (ray.origin() + resolved.t * ray.direction() - point).abs().max_element();
-    if gap <= beside {
-        // Moving the ray sideways by what is allowed moves the distance by this much, along the slope of the plane.
-        Contact::Rim(resolved.t, volumes.rounding() + allowed * volumes.slope)
-    } else {
-        Contact::Miss
-    }
+    if gap <= beside { Contact::Rim(resolved.t, error) } else { Contact::Miss }
 }
 
 /// The accelerators decide about quadrics by the same code, in f64.
@@ -182,6 +192,11 @@ fn exact_contact(ray: &Ray, shape: &Shape, primitive: u32) -> Contact {
     let reach = bounds.min.abs().max(bounds.max.abs()).max_element() + ray.o.abs().max_element();
     let allowed = f64::from(UNIT_ROUNDOFF) * f64::from(reach);
     if gap <= allowed { Contact::Inside(t, f64::from(UNIT_ROUNDOFF) * t.abs()) } else { Contact::Miss }
+}
+
+/// The axis along which a direction is longest.
+fn dominant(d: DVec3) -> usize {
+    d.abs().to_array().iter().position(|&c| c == d.abs().max_element()).unwrap_or(0)
 }
 
 /// What the ray spans with the edges of a triangle.
@@ -224,8 +239,7 @@ impl Volumes {
     /// of the dominant component d.z, e is d.z times the cross product of two vertices that are at most `spread` from it.
     fn change(&self, ray: &impl Line, v: [Vec3; 3], allowed: f64) -> f64 {
         let d = ray.direction();
-        let dominant = d.abs().max_element();
-        let axis = d.abs().to_array().iter().position(|&c| c == dominant).unwrap_or(0);
+        let axis = dominant(d);
         let spread = v
             .iter()
             .map(|v| {
@@ -233,7 +247,7 @@ impl Volumes {
                 (a - d * (a[axis] / d[axis])).abs().max_element()
             })
             .fold(0.0, f64::max);
-        dominant * (4.0 * spread * allowed + 2.0 * allowed * allowed)
+        d[axis].abs() * (4.0 * spread * allowed + 2.0 * allowed * allowed)
     }
 
     /// Whether two have different signs and are further from 0 than `margin`.
