@@ -335,3 +335,68 @@ pub fn standing(shapes: &[Shape], ray: &Ray, left_out: &[Hit], truth: Hit, answe
     let mut others = ids(shapes).filter(|hit| !left_out.contains(hit));
     if others.any(|hit| may_be_nearer(hit) && is_nearer(hit)) { Standing::Missed } else { Standing::Tie }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::TriangleMesh;
+    use crate::shape::placed::{Group, Placed, Placement};
+    use glam::{DAffine3, DVec2};
+    use std::sync::Arc;
+
+    /// The triangle x, y ≥ 0, x + y ≤ 1, z = 0.5, twice: at half its size as it is, and placed.
+    fn both() -> [Shape; 2] {
+        let mesh = |size: f32| {
+            let positions = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|v| size * v + 0.5 * size * Vec3::Z).to_vec();
+            Shape::Mesh(TriangleMesh { positions, faces: vec![[0, 1, 2]], ..Default::default() })
+        };
+        let placement = Arc::new(Placement::new(DAffine3::from_scale(DVec3::splat(0.5))).unwrap());
+        [mesh(0.5), Shape::Placed(Placed { group: Arc::new(Group::new(vec![mesh(1.0)])), index: 0, placement })]
+    }
+
+    const PLAIN: Hit = Hit { shape: 0, primitive: 0 };
+    const PLACED: Hit = Hit { shape: 1, primitive: 0 };
+
+    #[test]
+    fn placed_triangles_have_narrower_rims() {
+        let contact = |hit: Hit, at: DVec2, d: Vec3| {
+            let at = at.as_vec2();
+            super::contact(&both(), hit, &Ray::new(Vec3::new(at.x, at.y, 0.25) - d, d))
+        };
+        for hit in [PLAIN, PLACED] {
+            assert!(matches!(contact(hit, DVec2::splat(0.125), Vec3::Z), Contact::Inside(t, _) if t == 1.0), "{hit:?}");
+            assert!(matches!(contact(hit, DVec2::new(0.125, 0.0), Vec3::Z), Contact::Rim(t, _) if t == 1.0), "{hit:?}");
+            assert_eq!(contact(hit, DVec2::new(0.125, -0.01), Vec3::Z), Contact::Miss, "{hit:?}");
+            assert!(matches!(contact(hit, DVec2::splat(0.125), Vec3::X), Contact::Rim(..)), "in its plane, {hit:?}");
+            assert_eq!(contact(hit, DVec2::new(0.125, 0.9), Vec3::X), Contact::Miss, "in its plane, beside, {hit:?}");
+        }
+        // Far more than the rounding of f64, but less than that of f32.
+        let near = DVec2::new(0.125, -1e-9);
+        assert!(matches!(contact(PLAIN, near, Vec3::Z), Contact::Rim(..)));
+        assert_eq!(contact(PLACED, near, Vec3::Z), Contact::Miss);
+        assert!(matches!(contact(PLACED, -near + DVec2::splat(0.25), Vec3::Z), Contact::Inside(..)));
+    }
+
+    /// Seen at an angle of 4·10⁻⁹, f64 finds the triangle, but takes a point of its rim.
+    #[test]
+    fn a_placed_triangle_edge_on_is_met_on_its_rim() {
+        let height = 0.25f32.next_up() - 0.25;
+        let ray = Ray::new(Vec3::new(-8.0, 0.125, 0.25 + height), Vec3::new(1.0, 0.0, -height / 8.125));
+        let Contact::Rim(t, error) = contact(&both(), PLACED, &ray) else { panic!("no rim") };
+        assert!((t - 8.125).abs() > 1e-3 && (t - 8.125).abs() <= error && error < 0.6, "{t} ± {error}");
+        assert_eq!(closest_but(&both(), &ray, &[PLAIN]).map(|(hit, _)| hit), Some(PLACED));
+    }
+
+    #[test]
+    fn what_is_left_out_is_not_met() {
+        let ray = Ray::new(Vec3::new(0.125, 0.125, 1.0), Vec3::NEG_Z);
+        let find = |left_out: &[Hit]| closest_but(&both(), &ray, left_out).map(|(hit, _)| hit);
+        assert_eq!(closest(&both(), &ray).map(|(hit, _)| hit), Some(PLAIN));
+        assert_eq!([find(&[PLAIN]), find(&[PLACED]), find(&[PLAIN, PLACED])], [Some(PLACED), Some(PLAIN), None]);
+        let standing = |left_out: &[Hit], truth, answer| standing(&both(), &ray, left_out, truth, answer);
+        assert_eq!(standing(&[PLAIN], PLACED, PLAIN), Standing::False);
+        assert_eq!(standing(&[PLAIN], PLACED, Hit::NONE), Standing::Missed);
+        assert_eq!(standing(&[PLAIN, PLACED], Hit::NONE, Hit::NONE), Standing::Same);
+        assert_eq!(standing(&[], PLAIN, PLACED), Standing::Tie);
+    }
+}
