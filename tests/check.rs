@@ -16,22 +16,22 @@ fn table(desk: &Desk, arguments: &[&str]) -> String {
     told.lines().filter(|line| !line.contains(" rays in ")).map(|line| format!("{line}\n")).collect()
 }
 
-/// 48 rays of each kind at each mesh: 7392.
+/// 48 rays of each kind at each mesh: 10752.
 #[test]
 fn accelerators_are_right_about_a_few_rays() {
     let desk = Desk::new();
     let told = text(&desk.succeeds(&["check", "--accel", "--rays=48"]).stdout);
     for part in [
         "mesh       rays         number       hits     ties |   wrong    lost |   wrong    lost |\n",
-        "7392 rays in ",
-        " s, 768 of them through closed meshes\n",
+        "10752 rays in ",
+        " s, 864 of them through closed meshes\n",
         " were put to the oracle: one of 16, and all where answers differ by more; ",
         " were ties or on rims\n",
         "native: 0 wrong, 0 lost; embree: ",
     ] {
         assert!(told.contains(part), "{part} in\n{told}");
     }
-    assert_eq!(told.lines().filter(|line| line.ends_with("| ok")).count(), 14 * 11, "{told}");
+    assert_eq!(told.lines().filter(|line| line.ends_with("| ok")).count(), 16 * 14, "{told}");
     assert!(!told.contains("FAILED"), "{told}");
     assert!(desk.files().is_empty());
 }
@@ -41,7 +41,7 @@ fn the_same_table_for_any_number_of_threads_and_another_for_another_seed() {
     let desk = Desk::new();
     let with = |more: &[&str]| table(&desk, &[&["check", "--mesh=bumpy", "--rays=700"], more].concat());
     let one = with(&["--threads=1"]);
-    assert_eq!(one.lines().count(), 2 + 11 + 2, "{one}");
+    assert_eq!(one.lines().count(), 2 + 14 + 2, "{one}");
     assert_eq!(one, with(&["--threads=3"]));
     assert_ne!(one, with(&["--seed=1"]));
     assert_eq!(with(&["--kind=edge"]).lines().nth(2), one.lines().find(|line| line.contains(" edge ")));
@@ -63,6 +63,12 @@ fn a_ray_can_be_traced_alone() {
         assert!(told.contains(part), "{part} in\n{told}");
     }
     assert!(told.contains(": right\n") || told.contains(": as right: a tie, or on a rim\n"), "{told}");
+    let known = ["check", "--mesh=boxes", "--kind=between", "--ray=300"];
+    let told = text(&desk.succeeds(&known).stdout);
+    assert!(
+        told.contains("\nleft out: shape 0 primitive ") && told.contains(", at the end shape 0 primitive "),
+        "{told}"
+    );
     let random = ["check", "--mesh=slivers", "--kind=random", "--ray=5"];
     assert!(text(&desk.succeeds(&random).stdout).contains("oracle: nothing\nnative: nothing, free: right\n"));
 }

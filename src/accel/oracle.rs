@@ -5,25 +5,36 @@
 //! has an error of at most γ₈·Σ|d|·|v_j − o|·|v_k − o| over the six products (`VOLUME_ROUNDINGS`).
 //!
 //! The accelerators may move a vertex by a few roundings of f32 ([`crate::shape::triangle`]), so near the rim of a
-//! triangle both answers are in order: [`Contact::Rim`].
+//! triangle both answers are in order: [`Contact::Rim`]. What is placed they meet in f64, and so the rim of a placed triangle
+//! is narrower: a few roundings of f64, in the group's space.
 
 use super::Hit;
 use crate::math::float::{UNIT_ROUNDOFF, UNIT_ROUNDOFF_F64};
-use crate::math::ray::{Line, Ray};
+use crate::math::ray::{DRay, Line, Ray};
 use crate::shape::Shape;
-use crate::shape::triangle::{self, SHEAR_ROUNDINGS};
+use crate::shape::triangle::{self, SHEAR_ROUNDINGS, TriangleHit};
 use glam::{DVec3, Vec3};
 
 /// Rounded operations that a volume goes through, with one for the bound's own rounding.
 const VOLUME_ROUNDINGS: f64 = 8.0;
+
+/// Roundings of f64, of the largest coordinate of v − o, that the test of placed triangles may be off by sideways: those of
+/// [`SHEAR_ROUNDINGS`], one more for a product with 1/d.z in place of a quotient, and one for the products of edge functions.
+/// These are off by 2·u·P², P ≤ 2·M, and a vertex that moves by u·M changes them by up to 4·P·u·M.
+const PLACED_ROUNDINGS: f64 = SHEAR_ROUNDINGS as f64 + 2.0;
+
+/// Roundings of f32, of the same, that the point of a placed triangle may be beside the ray. Edge functions have errors of
+/// 4·u·P² (u = 2⁻⁵³), so that the barycentrics are off by 26·u·P²/|D| together. |D| is above 2⁻²⁵·P², or else a point of the
+/// rim is taken, which is nearer. That is 26·2⁻²⁸·P, and P ≤ 2·M. The depth is off by as large a part of the triangle's own.
+const BESIDE_ROUNDINGS: f64 = 4.0;
 
 /// How a ray and one primitive stand to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
     /// They do not meet in the ray's interval.
     Miss,
-    /// The ray passes so near the primitive's rim, inside or outside, that f32 cannot tell; with the distance and what
-    /// that may be off by.
+    /// The ray passes so near the primitive's rim, inside or outside, that f32 cannot tell (f64, if it is placed); with the
+    /// distance and what that may be off by.
     Rim(f64, f64),
     /// They meet; with the distance and the rounding of f32 in it.
     Inside(f64, f64),
@@ -58,8 +69,13 @@ pub enum Verdict {
 
 /// The closest hit and its distance: the lowest shape and primitive of those at exactly the same distance.
 pub fn closest(shapes: &[Shape], ray: &Ray) -> Option<(Hit, f64)> {
+    closest_but(shapes, ray, &[])
+}
+
+/// [`closest`] of all primitives but those that are `left_out`.
+pub fn closest_but(shapes: &[Shape], ray: &Ray, left_out: &[Hit]) -> Option<(Hit, f64)> {
     let mut nearest: Option<(Hit, f64)> = None;
-    for hit in ids(shapes) {
+    for hit in ids(shapes).filter(|hit| !left_out.contains(hit)) {
         let t = match crosses(shapes, hit, ray) {
             Some(t) if ray.contains(t) => t,
             _ => continue,
@@ -103,6 +119,10 @@ fn cross_triangle(ray: &impl Line, v: [Vec3; 3]) -> Option<f64> {
 pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
     let contact = match &shapes[hit.shape as usize] {
         Shape::Mesh(mesh) => triangle_contact(ray, mesh.triangle(hit.primitive)),
+        Shape::Placed(placed) if matches!(placed.shape(), Shape::Mesh(_)) => {
+            let Shape::Mesh(mesh) = placed.shape() else { return Contact::Miss };
+            placed_contact(&placed.placement.ray_to_group(ray), mesh.triangle(hit.primitive))
+        }
         other => exact_contact(ray, other, hit.primitive),
     };
     match contact.distance() {
@@ -115,25 +135,54 @@ pub fn contact(shapes: &[Shape], hit: Hit, ray: &Ray) -> Contact {
 
 fn triangle_contact(ray: &Ray, v: [Vec3; 3]) -> Contact {
     let volumes = Volumes::new(ray, v);
-    let size = v.iter().map(|v| (v.as_dvec3() - ray.o.as_dvec3()).abs().max_element()).fold(0.0, f64::max);
-    let rounding =
-        f64::from(UNIT_ROUNDOFF) * volumes.t.abs() + VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * size * volumes.slope;
-    let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * size;
+    let allowed = f64::from(SHEAR_ROUNDINGS) * f64::from(UNIT_ROUNDOFF) * volumes.size;
     if volumes.same_sign(volumes.error + volumes.change(ray, v, allowed)) {
-        return Contact::Inside(volumes.t, rounding);
+        return Contact::Inside(volumes.t, volumes.rounding());
     }
-    let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
-    let point: DVec3 = v.iter().zip(resolved.b).map(|(v, b)| v.as_dvec3() * b).sum();
-    let beside = (ray.o.as_dvec3() + resolved.t * ray.d.as_dvec3() - point).abs().max_element();
-    if beside <= allowed {
-        // Moving the ray sideways by what is allowed moves the distance by this much, along the slope of the plane.
-        Contact::Rim(resolved.t, rounding + allowed * volumes.slope)
-    } else {
-        Contact::Miss
-    }
+    // Moving the ray sideways by what is allowed moves the distance by this much, along the slope of the plane.
+    let error = volumes.rounding() + allowed * volumes.slope;
+    rim_contact(ray, v, triangle::resolve(ray, v[0], v[1], v[2]), allowed, error)
 }
 
-/// The accelerators decide about what is no mesh of the scene by the same code, in f64.
+/// The same of a placed triangle and the ray in its group's space, which is the same for whoever asks. Where edge functions
+/// certainly have opposite signs it is a miss; in the plane of the triangle that is not certain, and how far beside the
+/// triangle the ray passes must tell.
+///
+/// Of a triangle that is seen edge-on the distance is that of a point of its rim: it may be beside the ray, and as near or
+/// far as any of the triangle.
+fn placed_contact(ray: &DRay, v: [Vec3; 3]) -> Contact {
+    let volumes = Volumes::new(ray, v);
+    let margin = volumes.error + volumes.change(ray, v, PLACED_ROUNDINGS * UNIT_ROUNDOFF_F64 * volumes.size);
+    if volumes.are_opposed(margin) {
+        return Contact::Miss;
+    }
+    let beside = BESIDE_ROUNDINGS * f64::from(UNIT_ROUNDOFF);
+    let depth = depth(ray, v);
+    let resolved = triangle::resolve(ray, v[0], v[1], v[2]);
+    if volumes.same_sign(margin) && resolved.b.iter().all(|&b| b > 0.0) {
+        return Contact::Inside(volumes.t, volumes.rounding() + beside * depth);
+    }
+    let off = (beside * volumes.size * volumes.slope).min(depth);
+    rim_contact(ray, v, resolved, beside * volumes.size, f64::from(UNIT_ROUNDOFF) * resolved.t.abs() + off)
+}
+
+/// By how much the distances of two points of a triangle differ at most.
+fn depth(ray: &impl Line, v: [Vec3; 3]) -> f64 {
+    let d = ray.direction();
+    let axis = dominant(d);
+    let depths = v.map(|v| f64::from(v[axis]) / d[axis]);
+    depths.iter().copied().fold(f64::MIN, f64::max) - depths.iter().copied().fold(f64::MAX, f64::min)
+}
+
+/// Whether a ray that is not certainly inside meets the rim of a triangle: the point that is taken for the hit, whose
+/// distance has this error, is at most `beside` from the ray.
+fn rim_contact(ray: &impl Line, v: [Vec3; 3], resolved: TriangleHit, beside: f64, error: f64) -> Contact {
+    let point: DVec3 = v.iter().zip(resolved.b).map(|(v, b)| v.as_dvec3() * b).sum();
+    let gap = (ray.origin() + resolved.t * ray.direction() - point).abs().max_element();
+    if gap <= beside { Contact::Rim(resolved.t, error) } else { Contact::Miss }
+}
+
+/// The accelerators decide about quadrics by the same code, in f64.
 fn exact_contact(ray: &Ray, shape: &Shape, primitive: u32) -> Contact {
     let t = shape.resolve_distance(primitive, ray);
     let p = ray.o.as_dvec3() + t * ray.d.as_dvec3();
@@ -145,11 +194,18 @@ fn exact_contact(ray: &Ray, shape: &Shape, primitive: u32) -> Contact {
     if gap <= allowed { Contact::Inside(t, f64::from(UNIT_ROUNDOFF) * t.abs()) } else { Contact::Miss }
 }
 
+/// The axis along which a direction is longest.
+fn dominant(d: DVec3) -> usize {
+    d.abs().to_array().iter().position(|&c| c == d.abs().max_element()).unwrap_or(0)
+}
+
 /// What the ray spans with the edges of a triangle.
 struct Volumes {
     e: [f64; 3],
     /// Bound on the error of each of `e`.
     error: f64,
+    /// Largest coordinate of the vertices as seen from the origin.
+    size: f64,
     /// Distance in the plane.
     t: f64,
     /// Change of the distance per length that the ray is moved sideways, at most.
@@ -168,25 +224,35 @@ impl Volumes {
         Self {
             e,
             error: VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * products,
+            size,
             t: normal.dot(a) / facing,
             slope: normal.length() / facing.abs(),
         }
     }
 
+    /// What the distance may be off by where the ray is not moved: its rounding to f32, and that of f64 along the slope.
+    fn rounding(&self) -> f64 {
+        f64::from(UNIT_ROUNDOFF) * self.t.abs() + VOLUME_ROUNDINGS * UNIT_ROUNDOFF_F64 * self.size * self.slope
+    }
+
     /// By how much any of `e` changes at most when vertices move sideways by `allowed`. As seen along the ray, at a depth
     /// of the dominant component d.z, e is d.z times the cross product of two vertices that are at most `spread` from it.
-    fn change(&self, ray: &Ray, v: [Vec3; 3], allowed: f64) -> f64 {
-        let d = ray.d.as_dvec3();
-        let dominant = d.abs().max_element();
-        let axis = d.abs().to_array().iter().position(|&c| c == dominant).unwrap_or(0);
+    fn change(&self, ray: &impl Line, v: [Vec3; 3], allowed: f64) -> f64 {
+        let d = ray.direction();
+        let axis = dominant(d);
         let spread = v
             .iter()
             .map(|v| {
-                let a = v.as_dvec3() - ray.o.as_dvec3();
+                let a = v.as_dvec3() - ray.origin();
                 (a - d * (a[axis] / d[axis])).abs().max_element()
             })
             .fold(0.0, f64::max);
-        dominant * (4.0 * spread * allowed + 2.0 * allowed * allowed)
+        d[axis].abs() * (4.0 * spread * allowed + 2.0 * allowed * allowed)
+    }
+
+    /// Whether two have different signs and are further from 0 than `margin`.
+    fn are_opposed(&self, margin: f64) -> bool {
+        self.e.iter().any(|&e| e > margin) && self.e.iter().any(|&e| e < -margin)
     }
 
     /// Whether all have the same sign and are further from 0 than `margin` (or, with 0, not on different sides of it).
@@ -238,14 +304,17 @@ pub enum Standing {
     False,
 }
 
-/// Judges what was said to be the closest hit of `ray`; `truth` is what [`closest`] says.
+/// Judges what was said to be the closest hit of `ray` with primitives `left_out`; `truth` is what [`closest_but`] says.
 ///
 /// Where the truth is on a rim, so that f32 may pass it by, the answer must still be as near as whatever the ray meets
 /// for certain, and well inside of its interval: at an end f64 may have to round. Distances that are the same in f32 are the
 /// same: no accelerator tells them apart.
-pub fn standing(shapes: &[Shape], ray: &Ray, truth: Hit, answer: Hit) -> Standing {
+pub fn standing(shapes: &[Shape], ray: &Ray, left_out: &[Hit], truth: Hit, answer: Hit) -> Standing {
     if answer == truth {
         return Standing::Same;
+    }
+    if answer.is_some() && left_out.contains(&answer) {
+        return Standing::False;
     }
     match verdict(shapes, ray, truth, answer) {
         Verdict::NativeFalse => return Standing::False,
@@ -263,5 +332,71 @@ pub fn standing(shapes: &[Shape], ray: &Ray, truth: Hit, answer: Hit) -> Standin
         }
         _ => false,
     };
-    if ids(shapes).any(|hit| may_be_nearer(hit) && is_nearer(hit)) { Standing::Missed } else { Standing::Tie }
+    let mut others = ids(shapes).filter(|hit| !left_out.contains(hit));
+    if others.any(|hit| may_be_nearer(hit) && is_nearer(hit)) { Standing::Missed } else { Standing::Tie }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::TriangleMesh;
+    use crate::shape::placed::{Group, Placed, Placement};
+    use glam::{DAffine3, DVec2};
+    use std::sync::Arc;
+
+    /// The triangle x, y ≥ 0, x + y ≤ 1, z = 0.5, twice: at half its size as it is, and placed.
+    fn both() -> [Shape; 2] {
+        let mesh = |size: f32| {
+            let positions = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|v| size * v + 0.5 * size * Vec3::Z).to_vec();
+            Shape::Mesh(TriangleMesh { positions, faces: vec![[0, 1, 2]], ..Default::default() })
+        };
+        let placement = Arc::new(Placement::new(DAffine3::from_scale(DVec3::splat(0.5))).unwrap());
+        [mesh(0.5), Shape::Placed(Placed { group: Arc::new(Group::new(vec![mesh(1.0)])), index: 0, placement })]
+    }
+
+    const PLAIN: Hit = Hit { shape: 0, primitive: 0 };
+    const PLACED: Hit = Hit { shape: 1, primitive: 0 };
+
+    #[test]
+    fn placed_triangles_have_narrower_rims() {
+        let contact = |hit: Hit, at: DVec2, d: Vec3| {
+            let at = at.as_vec2();
+            super::contact(&both(), hit, &Ray::new(Vec3::new(at.x, at.y, 0.25) - d, d))
+        };
+        for hit in [PLAIN, PLACED] {
+            assert!(matches!(contact(hit, DVec2::splat(0.125), Vec3::Z), Contact::Inside(t, _) if t == 1.0), "{hit:?}");
+            assert!(matches!(contact(hit, DVec2::new(0.125, 0.0), Vec3::Z), Contact::Rim(t, _) if t == 1.0), "{hit:?}");
+            assert_eq!(contact(hit, DVec2::new(0.125, -0.01), Vec3::Z), Contact::Miss, "{hit:?}");
+            assert!(matches!(contact(hit, DVec2::splat(0.125), Vec3::X), Contact::Rim(..)), "in its plane, {hit:?}");
+            assert_eq!(contact(hit, DVec2::new(0.125, 0.9), Vec3::X), Contact::Miss, "in its plane, beside, {hit:?}");
+        }
+        // Far more than the rounding of f64, but less than that of f32.
+        let near = DVec2::new(0.125, -1e-9);
+        assert!(matches!(contact(PLAIN, near, Vec3::Z), Contact::Rim(..)));
+        assert_eq!(contact(PLACED, near, Vec3::Z), Contact::Miss);
+        assert!(matches!(contact(PLACED, -near + DVec2::splat(0.25), Vec3::Z), Contact::Inside(..)));
+    }
+
+    /// Seen at an angle of 4·10⁻⁹, f64 finds the triangle, but takes a point of its rim.
+    #[test]
+    fn a_placed_triangle_edge_on_is_met_on_its_rim() {
+        let height = 0.25f32.next_up() - 0.25;
+        let ray = Ray::new(Vec3::new(-8.0, 0.125, 0.25 + height), Vec3::new(1.0, 0.0, -height / 8.125));
+        let Contact::Rim(t, error) = contact(&both(), PLACED, &ray) else { panic!("no rim") };
+        assert!((t - 8.125).abs() > 1e-3 && (t - 8.125).abs() <= error && error < 0.6, "{t} ± {error}");
+        assert_eq!(closest_but(&both(), &ray, &[PLAIN]).map(|(hit, _)| hit), Some(PLACED));
+    }
+
+    #[test]
+    fn what_is_left_out_is_not_met() {
+        let ray = Ray::new(Vec3::new(0.125, 0.125, 1.0), Vec3::NEG_Z);
+        let find = |left_out: &[Hit]| closest_but(&both(), &ray, left_out).map(|(hit, _)| hit);
+        assert_eq!(closest(&both(), &ray).map(|(hit, _)| hit), Some(PLAIN));
+        assert_eq!([find(&[PLAIN]), find(&[PLACED]), find(&[PLAIN, PLACED])], [Some(PLACED), Some(PLAIN), None]);
+        let standing = |left_out: &[Hit], truth, answer| standing(&both(), &ray, left_out, truth, answer);
+        assert_eq!(standing(&[PLAIN], PLACED, PLAIN), Standing::False);
+        assert_eq!(standing(&[PLAIN], PLACED, Hit::NONE), Standing::Missed);
+        assert_eq!(standing(&[PLAIN, PLACED], Hit::NONE, Hit::NONE), Standing::Same);
+        assert_eq!(standing(&[], PLAIN, PLACED), Standing::Tie);
+    }
 }

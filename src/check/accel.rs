@@ -6,10 +6,10 @@
 //! its closest hit.
 
 use super::meshes::Mesh;
-use super::rays::{Aimed, RayKind, aim};
+use super::rays::{Aimed, BLOCK, RayKind, aim};
 use crate::accel::comparison::EXAMPLES;
 use crate::accel::oracle::{self, Contact, Standing, Verdict};
-use crate::accel::{Accel, Accelerator, Hit, Quality};
+use crate::accel::{Accel, Accelerator, Hit, Quality, Start};
 use crate::error::Result;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -17,9 +17,6 @@ use rayon::prelude::*;
 
 /// One of so many rays is judged by the oracle even if nobody differs by more than a tie.
 pub const ASKED: u64 = 16;
-
-/// Rays that a thread takes at a time.
-const CHUNK: u64 = 256;
 
 /// Coordinates of Embree are smaller (its `FLT_LARGE` is 1.844·10¹⁸).
 pub(super) const EMBREE_RANGE: f32 = (1u64 << 60) as f32;
@@ -162,7 +159,7 @@ impl Counts {
             return;
         }
         self.asked += 1;
-        let truth = oracle::closest(shapes, &aimed.ray).map_or(Hit::NONE, |(hit, _)| hit);
+        let truth = truth(shapes, aimed).map_or(Hit::NONE, |(hit, _)| hit);
         let mut tied = false;
         for &answer in answers {
             let unlike = answer.who == Who::Baseline && (differs(&answer) || answer.any != first.any);
@@ -179,24 +176,41 @@ impl Counts {
     }
 }
 
-/// Whether a right answer is another one than the oracle's closest hit, `truth`; or what is wrong with it.
+/// The closest hit by the oracle and its distance, without the primitive that the ray is known to start on.
+pub fn truth(shapes: &[Shape], aimed: &Aimed) -> Option<(Hit, f64)> {
+    oracle::closest_but(shapes, &aimed.ray, &aimed.ends[..1])
+}
+
+/// Whether a right answer is another one than the oracle's closest hit, the [`truth`]; or what is wrong with it.
 pub fn judge(shapes: &[Shape], aimed: &Aimed, truth: Hit, answer: Answer) -> std::result::Result<bool, Fault> {
-    let Answer { who, hit, any } = answer;
+    let Answer { hit, any, .. } = answer;
     if aimed.must_hit && !(hit.is_some() && any) {
         return Err(Fault::Lost);
     }
-    let tie = match oracle::standing(shapes, &aimed.ray, truth, hit) {
+    let tie = match oracle::standing(shapes, &aimed.ray, &aimed.ends[..1], truth, hit) {
         Standing::Missed => return Err(Fault::Missed),
         Standing::False => return Err(Fault::False),
         Standing::Tie => true,
         Standing::Same => false,
     };
-    // Embree takes other code for any hit, which may decide about a rim in another way; ours may not.
+    if any_follows(shapes, aimed, truth, answer) { Ok(tie) } else { Err(Fault::Any) }
+}
+
+/// Whether what was said of any hit follows from the closest, or on a rim may be otherwise.
+///
+/// Who looks for the closest knows of the start alone. If that is what the ray ends on, the oracle must say what there is
+/// else, and, as Embree does, may decide about a rim in another way.
+fn any_follows(shapes: &[Shape], aimed: &Aimed, truth: Hit, answer: Answer) -> bool {
+    let Answer { who, hit, any } = answer;
+    let end = aimed.ends[1];
+    let meets_end = end.is_some() && [hit, truth].contains(&end);
+    let others = || oracle::closest_but(shapes, &aimed.ray, &aimed.ends).map_or(Hit::NONE, |(hit, _)| hit);
+    let truth = if meets_end { others() } else { truth };
+    let hit = if meets_end && hit == end { truth } else { hit };
+    // Embree takes other code for any hit; ours may not differ.
+    let is_strict = who != Who::Embree && !meets_end;
     let certain = |hit: Hit| hit.is_some() && matches!(oracle::contact(shapes, hit, &aimed.ray), Contact::Inside(..));
-    if any != hit.is_some() && (who != Who::Embree || certain(hit) || certain(truth) || any && !truth.is_some()) {
-        return Err(Fault::Any);
-    }
-    Ok(tie)
+    any == hit.is_some() || !(is_strict || certain(hit) || certain(truth) || any && !truth.is_some())
 }
 
 /// The accelerators over one mesh.
@@ -228,26 +242,34 @@ impl<'a> Contest<'a> {
     /// What comes of the rays with the numbers `from` to `to`, on the current rayon pool. It does not depend on how many
     /// threads that has.
     pub fn run(&self, kind: RayKind, from: u64, to: u64) -> Counts {
-        let chunks = (to - from).div_ceil(CHUNK);
-        let chunk = |i: u64| {
-            let start = from + i * CHUNK;
-            self.chunk(kind, start, to.min(start + CHUNK))
+        let block = |block: u64| {
+            let mut counts = Counts::default();
+            for (place, (aimed, answers)) in self.block(kind, block).iter().enumerate() {
+                let index = block * BLOCK + place as u64;
+                if (from..to).contains(&index) {
+                    counts.take(&self.mesh.shapes, index, aimed, answers, index.is_multiple_of(ASKED));
+                }
+            }
+            counts
         };
-        (0..chunks).into_par_iter().map(chunk).reduce(Counts::default, Counts::and)
+        (from / BLOCK..to.div_ceil(BLOCK)).into_par_iter().map(block).reduce(Counts::default, Counts::and)
     }
 
-    fn chunk(&self, kind: RayKind, from: u64, to: u64) -> Counts {
-        let aimed: Vec<Aimed> = (from..to).map(|index| aim(self.mesh, kind, self.seed, index)).collect();
-        let answers = self.answers(&aimed);
-        let mut counts = Counts::default();
-        for ((index, aimed), answers) in (from..to).zip(&aimed).zip(&answers) {
-            counts.take(&self.mesh.shapes, index, aimed, answers, index % ASKED == 0);
-        }
-        counts
+    /// A ray, and what each says of it, as in [`Self::run`].
+    pub fn answers(&self, kind: RayKind, index: u64) -> (Aimed, Vec<Answer>) {
+        self.block(kind, index / BLOCK).swap_remove((index % BLOCK) as usize)
+    }
+
+    /// The rays of a [`BLOCK`], and what each says of each. Always all of them, so that a ray has the same neighbours
+    /// however many are asked for.
+    fn block(&self, kind: RayKind, block: u64) -> Vec<(Aimed, Vec<Answer>)> {
+        let aimed: Vec<Aimed> = (0..BLOCK).map(|i| aim(self.mesh, kind, self.seed, block * BLOCK + i)).collect();
+        let answers = self.ask(kind, &aimed);
+        aimed.into_iter().zip(answers).collect()
     }
 
     /// What each says of each ray, our own first. Of a ray that is beyond its range Embree is not asked.
-    pub fn answers(&self, aimed: &[Aimed]) -> Vec<Vec<Answer>> {
+    fn ask(&self, kind: RayKind, aimed: &[Aimed]) -> Vec<Vec<Answer>> {
         let mut answers = vec![Vec::with_capacity(self.accels.len()); aimed.len()];
         for (who, accel) in &self.accels {
             let takes = |i: &usize| *who != Who::Embree || suits_embree(&aimed[*i].ray);
@@ -255,8 +277,15 @@ impl<'a> Contest<'a> {
             let rays: Vec<Ray> = places.iter().map(|&i| aimed[i].ray).collect();
             let mut hits = vec![Hit::NONE; rays.len()];
             let mut any = vec![false; rays.len()];
-            accel.closest_hits(&rays, &mut hits);
-            accel.occluded(&rays, &mut any);
+            let ends: Vec<[Hit; 2]> = places.iter().map(|&i| aimed[i].ends).collect();
+            let starts: Vec<Hit> = ends.iter().map(|ends| ends[0]).collect();
+            let (start, ends) = match kind {
+                RayKind::Left | RayKind::Between => (Start::Primitives(&starts), &ends[..]),
+                RayKind::Camera => (Start::Camera, &[][..]),
+                _ => (Start::Anywhere, &[][..]),
+            };
+            accel.closest_hits_from(&rays, start, &mut hits);
+            accel.occluded_between(&rays, ends, &mut any);
             for ((&i, &hit), &any) in places.iter().zip(&hits).zip(&any) {
                 answers[i].push(Answer { who: *who, hit, any });
             }
@@ -290,7 +319,7 @@ mod tests {
         let hit = hit.map_or(Hit::NONE, |primitive| Hit { shape: 0, primitive });
         let answers = [Answer { who: Who::Native, hit, any }];
         let mut counts = Counts::default();
-        counts.take(&squares(), 3, &Aimed { ray, must_hit }, &answers, true);
+        counts.take(&squares(), 3, &Aimed { ray, must_hit, ends: [Hit::NONE; 2] }, &answers, true);
         counts
     }
 
@@ -322,6 +351,9 @@ mod tests {
         for primitive in [0, 1] {
             assert!(counted(ray, true, Some(primitive), true).native.is_empty());
         }
+        let beside = Ray { o: Vec3::new(1.0, 0.25, -1.0), ..ray };
+        assert!(counted(beside, false, Some(0), true).native.is_empty());
+        assert!(counted(beside, false, None, false).native.is_empty());
         // Past the rim of both squares f32 may go; but not past what is behind, were that met for certain.
         assert!(counted(ray, false, Some(3), true).native.is_empty());
         let mut shapes = squares();
@@ -330,7 +362,7 @@ mod tests {
         ]));
         let answer = Answer { who: Who::Embree, hit: Hit { shape: 0, primitive: 3 }, any: true };
         let mut counts = Counts::default();
-        counts.take(&shapes, 0, &Aimed { ray, must_hit: false }, &[answer], true);
+        counts.take(&shapes, 0, &Aimed { ray, must_hit: false, ends: [Hit::NONE; 2] }, &[answer], true);
         assert_eq!((counts.embree.examples[0].fault, counts.embree.wrong), (Fault::Missed, 1));
     }
 
@@ -342,9 +374,68 @@ mod tests {
         for (who, fault) in [(Who::Embree, None), (Who::Baseline, Some(Fault::Unlike))] {
             let mut counts = Counts::default();
             let answers = [answer(Who::Native, 0), answer(who, 1)];
-            counts.take(&squares(), 1, &Aimed { ray, must_hit: true }, &answers, false);
+            let aimed = Aimed { ray, must_hit: true, ends: [Hit::NONE; 2] };
+            counts.take(&squares(), 1, &aimed, &answers, false);
             assert_eq!(counts.native.examples.first().map(|wrong| wrong.fault), fault);
             assert!(counts.embree.is_empty());
+        }
+    }
+
+    /// With what a ray starts and ends on left out: there are two squares, the second, nearer half of the first is known.
+    #[test]
+    fn wrong_answers_with_known_ends_are_noticed() {
+        let hit = |primitive| Hit { shape: 0, primitive };
+        let ray = Ray::new(Vec3::new(0.75, 0.25, -1.0), Vec3::Z);
+        for (ends, met, any, fault) in [
+            ([hit(0), Hit::NONE], hit(2), true, None),
+            ([hit(0), Hit::NONE], hit(0), true, Some(Fault::False)),
+            ([hit(0), Hit::NONE], Hit::NONE, false, Some(Fault::Missed)),
+            ([hit(0), Hit::NONE], hit(2), false, Some(Fault::Any)),
+            ([hit(2), Hit::NONE], hit(2), true, Some(Fault::False)),
+            ([hit(2), Hit::NONE], hit(0), true, None),
+            ([hit(0), hit(2)], hit(2), false, None),
+            ([hit(0), hit(2)], hit(2), true, Some(Fault::Any)),
+            ([hit(0), hit(2)], Hit::NONE, false, Some(Fault::Missed)),
+            ([hit(4), hit(0)], hit(0), true, None),
+            ([hit(4), hit(0)], hit(0), false, Some(Fault::Any)),
+            ([hit(4), hit(0)], hit(2), true, Some(Fault::Missed)),
+        ] {
+            let mut counts = Counts::default();
+            let answer = Answer { who: Who::Native, hit: met, any };
+            counts.take(&squares(), 0, &Aimed { ray, must_hit: false, ends }, &[answer], true);
+            assert_eq!(counts.native.examples.first().map(|wrong| wrong.fault), fault, "{ends:?} {met:?} {any}");
+        }
+    }
+
+    /// A ray has the same answers alone and among others, and what it is known to start on is not met.
+    #[test]
+    fn rays_are_asked_with_what_is_known() {
+        let mesh = Mesh::new(0, 6);
+        let contest = Contest::new(&mesh, 6).unwrap();
+        for kind in [RayKind::Left, RayKind::Between, RayKind::Camera] {
+            let all = contest.block(kind, 1);
+            for (place, (aimed, answers)) in all.iter().enumerate().step_by(50) {
+                assert_eq!(contest.answers(kind, BLOCK + place as u64), (*aimed, answers.clone()));
+            }
+            let known = |aimed: &Aimed| aimed.ends.iter().filter(|hit| hit.is_some()).count();
+            let expected = match kind {
+                RayKind::Left => 1,
+                RayKind::Between => 2,
+                _ => 0,
+            };
+            assert!(all.iter().all(|(aimed, _)| known(aimed) == expected), "{}", kind.name());
+        }
+        // Through what it is said to start on, to something else. Embree, to which that is untrue, need not believe it.
+        let ray = Ray::new(mesh.centre + 2.0 * Vec3::Z, -Vec3::Z);
+        let aimed = |ends| Aimed { ray, must_hit: false, ends };
+        let first = contest.ask(RayKind::Random, &[aimed([Hit::NONE; 2])])[0][0].hit;
+        assert!(first.is_some());
+        let left = aimed([first, Hit::NONE]);
+        let (second, _) = truth(&mesh.shapes, &left).unwrap();
+        assert_ne!(first, second);
+        let answers = contest.ask(RayKind::Left, &[left]).concat();
+        for answer in answers.iter().filter(|answer| answer.who != Who::Embree) {
+            assert_eq!(judge(&mesh.shapes, &left, second, *answer), Ok(false), "{answer:?}");
         }
     }
 

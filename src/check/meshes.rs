@@ -1,12 +1,13 @@
 //! Meshes that are hard on accelerators.
 
 use super::random::Rng;
-use crate::shape::{Shape, TriangleMesh};
+use super::shapes;
+use crate::shape::{Hit, Shape, TriangleMesh};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
 /// Names of [`Mesh::new`], and what each is.
-pub const MESHES: [(&str, &str); 14] = [
+pub const MESHES: [(&str, &str); 16] = [
     ("soup", "random triangles of all sizes"),
     ("slivers", "triangles 1e3 to 1e7 times as long as wide"),
     ("coplanar", "triangles that overlap in four planes"),
@@ -21,6 +22,8 @@ pub const MESHES: [(&str, &str); 14] = [
     ("far", "the closed mesh with bumps, a million times its size from the origin"),
     ("tiny", "the same with a soup, of size 10^-30"),
     ("huge", "the same with a soup, of size 10^30"),
+    ("quadrics", "spheres, disks and cylinders that touch, overlap and are thin, with triangles among them"),
+    ("placed", "a group placed by shears, mirrorings and uneven scales, once around all the others"),
 ];
 
 /// Size of the mesh `tiny`; that of `huge` is its inverse.
@@ -47,16 +50,20 @@ pub struct Mesh {
     pub index: usize,
     /// What rays meet.
     pub shapes: Vec<Shape>,
-    /// All triangles.
+    /// What rays are aimed at: all triangles, those that are placed as they are in the scene, rounded to f32; and some that
+    /// lie in quadrics or touch them.
     pub triangles: Vec<[Vec3; 3]>,
+    /// Which primitive each of `triangles` is; [`Hit::NONE`] of those that stand for a quadric.
+    pub ids: Vec<Hit>,
     /// Everything lies in a cube around this point,
     pub centre: Vec3,
     /// with sides of twice this length.
     pub size: f32,
     /// Points such that every ray without an end through their neighbourhood ([`CAVITY`] of the size) meets something.
     pub cavities: Vec<Vec3>,
-    /// Whether its coordinates are such that Embree can take them: it ignores triangles beyond 1.8·10¹⁸, and its products
-    /// vanish where the mesh is tiny.
+    /// Whether Embree has something to say: it ignores triangles beyond 1.8·10¹⁸, and its products vanish where the mesh is
+    /// tiny. What is placed it never sees: that is left to our own trees, which would be compared with themselves. So are
+    /// quadrics, but that both together find what is nearest is worth a check.
     pub suits_embree: bool,
 }
 
@@ -80,6 +87,8 @@ impl Mesh {
             "sphere" => (vec![Shape::Mesh(round(displaced_sphere(10)))], vec![Vec3::ZERO]),
             "spindle" => (vec![Shape::Mesh(spindle(rng, 200))], vec![Vec3::ZERO]),
             "tiny" | "huge" => (bumpy_in_soup(rng), vec![Vec3::ZERO]),
+            "quadrics" => (shapes::quadrics(rng), vec![]),
+            "placed" => (shapes::placed(rng), vec![Vec3::ZERO]),
             _ => (vec![Shape::Mesh(displaced_sphere(10))], vec![Vec3::ZERO]),
         };
         let (centre, size) = match name {
@@ -90,10 +99,11 @@ impl Mesh {
         };
         let to_place = |v: Vec3| centre + size * v;
         let shapes: Vec<Shape> = shapes.iter().map(|shape| moved(shape, to_place)).collect();
-        let meshes = shapes.iter().filter_map(|shape| if let Shape::Mesh(mesh) = shape { Some(mesh) } else { None });
-        let triangles = meshes.flat_map(|mesh| (0..mesh.faces.len() as u32).map(|face| mesh.triangle(face))).collect();
+        let targets = (0..).zip(&shapes).flat_map(|(index, shape)| shapes::targets(rng, index, shape));
+        let (ids, triangles) = targets.unzip();
         let cavities = cavities.into_iter().map(to_place).collect();
-        Self { name, index, shapes, triangles, centre, size, cavities, suits_embree: size == 1.0 }
+        let suits_embree = size == 1.0 && name != "placed";
+        Self { name, index, shapes, triangles, ids, centre, size, cavities, suits_embree }
     }
 
     /// Whether no ray can get out.
@@ -317,6 +327,9 @@ mod tests {
             let reach = reach.fold(0.0, f64::max);
             assert!(reach > 0.5 && reach < 3.0, "{}: {reach}", mesh.name);
             assert!(mesh.triangles.len() < 5000, "{}", mesh.name);
+            assert_eq!(mesh.triangles.len(), mesh.ids.len(), "{}", mesh.name);
+            let named = mesh.ids.iter().filter(|hit| hit.is_some()).count();
+            assert_eq!(named == mesh.ids.len(), !["quadrics", "placed"].contains(&mesh.name), "{}", mesh.name);
         }
     }
 }

@@ -4,3 +4,4 @@ pub mod accel;
 pub mod meshes;
 pub mod random;
 pub mod rays;
+mod shapes;

@@ -3,8 +3,8 @@
 use super::meshes::{CAVITY, Mesh};
 use super::random::Rng;
 use crate::math::ray::Ray;
-use crate::shape::TriangleMesh;
 use crate::shape::offset::SurfacePoint;
+use crate::shape::{Hit, TriangleMesh};
 use glam::{DVec3, Vec3};
 
 /// Kinds of rays.
@@ -32,11 +32,17 @@ pub enum RayKind {
     Spawned,
     /// Between two surfaces, as the renderer's shadow rays.
     Segment,
+    /// The rays of `Spawned`, asked with the primitive that each starts on.
+    Left,
+    /// The segments of `Segment`, asked with the primitives that each starts and ends on.
+    Between,
+    /// From one point for each [`BLOCK`], as those of a camera in a block of pixels, and asked as such.
+    Camera,
 }
 
 impl RayKind {
     /// All there are.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 14] = [
         Self::Random,
         Self::Grazing,
         Self::Edge,
@@ -48,6 +54,9 @@ impl RayKind {
         Self::Denormal,
         Self::Spawned,
         Self::Segment,
+        Self::Left,
+        Self::Between,
+        Self::Camera,
     ];
 
     /// One word.
@@ -64,6 +73,18 @@ impl RayKind {
             Self::Denormal => "denormal",
             Self::Spawned => "spawned",
             Self::Segment => "segment",
+            Self::Left => "left",
+            Self::Between => "between",
+            Self::Camera => "camera",
+        }
+    }
+
+    /// The kind whose rays these are.
+    fn rays(self) -> Self {
+        match self {
+            Self::Left => Self::Spawned,
+            Self::Between => Self::Segment,
+            kind => kind,
         }
     }
 }
@@ -75,7 +96,19 @@ pub struct Aimed {
     pub ray: Ray,
     /// It passes through the inside of a closed mesh, without an end.
     pub must_hit: bool,
+    /// The primitives that it starts and ends on, as far as whoever answers is told; else [`Hit::NONE`].
+    pub ends: [Hit; 2],
 }
+
+/// Rays that are traced together: those whose numbers are the same but for the remainder by this. Of a camera, they are those
+/// of a square of pixels with [`SIDE`] of them along an edge.
+pub const BLOCK: u64 = SIDE * SIDE;
+
+/// Pixels along an edge of the square that a camera's rays are for.
+const SIDE: u64 = 16;
+
+/// Exponents of how far from the middle of that square its edges are, as seen from a distance of 1.
+const VIEWS: [f32; 2] = [-16.0, 1.0];
 
 /// Lengths of huge directions are powers of two with exponents between these, of tiny ones their inverse.
 const LENGTHS: [f32; 2] = [20.0, 100.0];
@@ -101,8 +134,9 @@ const DENORMAL_REACH: f32 = 0.0625;
 
 /// The ray with this index. Its direction is finite and not zero.
 pub fn aim(mesh: &Mesh, kind: RayKind, seed: u64, index: u64) -> Aimed {
-    let rng = &mut Rng::of(seed, &[mesh.index as u64, kind as u64, index]);
-    let free = |ray| Aimed { ray, must_hit: false };
+    let names = [mesh.index as u64, kind.rays() as u64];
+    let rng = &mut Rng::of(seed, &[names[0], names[1], index]);
+    let free = |ray| Aimed { ray, must_hit: false, ends: [Hit::NONE; 2] };
     let aimed = match kind {
         RayKind::Random => free(random_ray(rng, index, mesh.centre, mesh.size)),
         RayKind::Grazing => free(grazing(rng, mesh)),
@@ -111,13 +145,20 @@ pub fn aim(mesh: &Mesh, kind: RayKind, seed: u64, index: u64) -> Aimed {
         RayKind::Huge | RayKind::Tiny => free(of_length(rng, mesh, kind == RayKind::Tiny)),
         RayKind::Far => free(from_far(rng, mesh)),
         RayKind::Denormal => free(denormal(rng, mesh)),
-        RayKind::Spawned => {
-            let triangle = pick(rng, mesh);
-            free(spawned(rng, triangle))
+        RayKind::Spawned | RayKind::Left => {
+            let place = rng.below(mesh.triangles.len());
+            let start = if kind == RayKind::Left { mesh.ids[place] } else { Hit::NONE };
+            Aimed { ends: [start, Hit::NONE], ..free(spawned(rng, mesh.triangles[place])) }
         }
-        RayKind::Segment => {
-            let ends = [0; 2].map(|_| pick(rng, mesh));
-            free(segment(rng, ends))
+        RayKind::Segment | RayKind::Between => {
+            let places = [0; 2].map(|_| rng.below(mesh.triangles.len()));
+            let ends = places.map(|i| if kind == RayKind::Between { mesh.ids[i] } else { Hit::NONE });
+            Aimed { ends, ..free(segment(rng, places.map(|i| mesh.triangles[i]))) }
+        }
+        RayKind::Camera => {
+            // One more name than a ray has: no ray's numbers.
+            let view = &mut Rng::of(seed, &[names[0], names[1], 0, index / BLOCK]);
+            free(through_pixel(rng, view, mesh, index % BLOCK))
         }
     };
     if is_ray(&aimed.ray) { aimed } else { free(Ray::new(mesh.place(1.5 * rng.in_cube()), rng.direction())) }
@@ -187,11 +228,11 @@ fn at_rim(rng: &mut Rng, mesh: &Mesh, vertex: bool) -> Aimed {
     };
     if !mesh.is_closed() {
         let o = mesh.place(1.5 * rng.in_cube());
-        return Aimed { ray: Ray::new(o, p - o), must_hit: false };
+        return Aimed { ray: Ray::new(o, p - o), must_hit: false, ends: [Hit::NONE; 2] };
     }
     let q = mesh.cavities[rng.below(mesh.cavities.len())] + mesh.size * CAVITY * rng.in_cube();
     let o = if rng.below(2) == 0 { q } else { p + rng.between(0.1, 2.0) * (p - q) };
-    Aimed { ray: Ray::new(o, p - o), must_hit: true }
+    Aimed { ray: Ray::new(o, p - o), must_hit: true, ends: [Hit::NONE; 2] }
 }
 
 fn along_axis(rng: &mut Rng, mesh: &Mesh) -> Ray {
@@ -263,6 +304,17 @@ fn denormal(rng: &mut Rng, mesh: &Mesh) -> Ray {
         }
     }
     ray
+}
+
+/// A camera's ray through a point of a pixel, of the square that `view` chooses: in its middle some triangle is seen.
+fn through_pixel(rng: &mut Rng, view: &mut Rng, mesh: &Mesh, pixel: u64) -> Ray {
+    let o = mesh.place(1.5 * view.in_cube());
+    let forward = (target(view, mesh).as_dvec3() - o.as_dvec3()).normalize();
+    let (right, up) = forward.any_orthonormal_pair();
+    let size = view.power(VIEWS[0], VIEWS[1]);
+    let mut along = |pixel: u64| size * ((pixel as f64 + f64::from(rng.unit())) * (2.0 / SIDE as f64) - 1.0);
+    let d = forward + along(pixel % SIDE) * right + along(pixel / SIDE) * up;
+    Ray::new(o, d.normalize().as_vec3())
 }
 
 /// A ray from a random point of a triangle into a random direction, as the renderer spawns it.

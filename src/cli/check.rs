@@ -3,7 +3,7 @@
 use super::args::CheckArgs;
 use super::{EXIT_FAILED, prepare};
 use crate::accel::{Hit, oracle};
-use crate::check::accel::{ASKED, Answer, Contest, Counts, Faults, Wrong, judge};
+use crate::check::accel::{ASKED, Answer, Contest, Counts, Faults, Wrong, judge, truth};
 use crate::check::meshes::{MESHES, Mesh};
 use crate::check::rays::{Aimed, RayKind, aim};
 use crate::error::{Error, Result};
@@ -160,10 +160,10 @@ fn row(args: &CheckArgs, contest: &Contest<'_>, mesh: &Mesh, kind: RayKind, coun
 
 fn show(args: &CheckArgs, mesh: &Mesh, kind: RayKind, wrong: &Wrong) {
     let Wrong { index, answer, fault } = wrong;
-    let ray = aim(mesh, kind, args.seed, *index).ray;
+    let aimed = aim(mesh, kind, args.seed, *index);
     print(format_args!("  {}: {fault:?}: {}", answer.who.name(), said(answer)));
-    print(format_args!("    oracle: {}", truth(mesh, &ray).1));
-    print(format_args!("    {}", literal(&ray)));
+    print(format_args!("    oracle: {}", find(mesh, &aimed).1));
+    print(format_args!("    {}", literal(&aimed.ray)));
     print(format_args!("    {}", replay_line(mesh, kind, *index, args.seed)));
 }
 
@@ -172,18 +172,21 @@ fn replay_line(mesh: &Mesh, kind: RayKind, index: u64, seed: u64) -> String {
     format!("snell check --accel --mesh {} --kind {} --ray {index} --seed {seed}", mesh.name, kind.name())
 }
 
-/// Traces one ray alone and tells what everyone says. Returns whether our own is right.
+/// Traces one ray with its neighbours and tells what everyone says. Returns whether our own is right.
 fn replay(args: &CheckArgs, mesh: usize, kind: RayKind, index: u64) -> Result<bool> {
     let mesh = Mesh::new(mesh, args.seed);
     let contest = Contest::new(&mesh, args.seed)?;
-    let aimed: Aimed = aim(&mesh, kind, args.seed, index);
+    let (aimed, answers) = contest.answers(kind, index);
     print(format_args!("{}", literal(&aimed.ray)));
     if aimed.must_hit {
         print(format_args!("through a closed mesh: it meets something"));
     }
-    let (closest, text) = truth(&mesh, &aimed.ray);
+    if aimed.ends.iter().any(|hit| hit.is_some()) {
+        print(format_args!("left out: {}, at the end {}", named(aimed.ends[0]), named(aimed.ends[1])));
+    }
+    let (closest, text) = find(&mesh, &aimed);
     print(format_args!("oracle: {text}"));
-    for answer in contest.answers(&[aimed]).concat() {
+    for answer in answers {
         let verdict = match judge(&mesh.shapes, &aimed, closest, answer) {
             Ok(false) => "right".into(),
             Ok(true) => "as right: a tie, or on a rim".into(),
@@ -198,10 +201,11 @@ fn replay(args: &CheckArgs, mesh: usize, kind: RayKind, index: u64) -> Result<bo
 }
 
 /// What the oracle finds, and where.
-fn truth(mesh: &Mesh, ray: &Ray) -> (Hit, String) {
-    match oracle::closest(&mesh.shapes, ray) {
+fn find(mesh: &Mesh, aimed: &Aimed) -> (Hit, String) {
+    let contact = |hit| oracle::contact(&mesh.shapes, hit, &aimed.ray);
+    match truth(&mesh.shapes, aimed) {
         None => (Hit::NONE, "nothing".into()),
-        Some((hit, t)) => (hit, format!("{} at {t:e}, {:?}", named(hit), oracle::contact(&mesh.shapes, hit, ray))),
+        Some((hit, t)) => (hit, format!("{} at {t:e}, {:?}", named(hit), contact(hit))),
     }
 }
 

@@ -117,6 +117,11 @@ impl Placement {
         &self.to_group
     }
 
+    /// A point of the group, in the scene.
+    pub fn point_to_scene(&self, q: DVec3) -> DVec3 {
+        self.to_scene.transform_point3(q)
+    }
+
     /// A box in the scene around what is in a box of the group, whatever the rounding.
     pub fn bounds_to_scene(&self, b: Bounds) -> Bounds {
         let (min, max) = (b.min.as_dvec3(), b.max.as_dvec3());
