@@ -1,7 +1,7 @@
 //! The leaves of trees: what they are to a tree, and those of one quadric each.
 
 use super::Nearest;
-use super::build::Item;
+use super::item::Item;
 use super::spatial::Corners;
 use super::wide::Stack;
 use crate::accel::Hit;

@@ -25,7 +25,7 @@
 mod row;
 
 use super::Nearest;
-use super::build::Item;
+use super::item::Item;
 use crate::accel::Hit;
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;

@@ -4,7 +4,7 @@
 //! boxes are walked by the ray rounded to f32, for which they are wide enough ([`super::wide`]).
 
 use super::block::{self, BLOCK_SIZE, Block, BlockRay, PlainRay};
-use super::build::Item;
+use super::item::Item;
 use super::spatial::Corners;
 use super::wide::{Stack, Tree};
 use super::{Nearest, is_mesh, items};

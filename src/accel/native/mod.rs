@@ -12,6 +12,7 @@ mod flat;
 mod instance;
 #[cfg(target_arch = "x86_64")]
 mod interleaved;
+mod item;
 mod pages;
 mod spatial;
 mod triangles;
@@ -21,10 +22,10 @@ use super::{Hit, Quality, Start};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use block::QuadricBlock;
-use build::Item;
 use fearless_simd::Level;
 use flat::FlatList;
 use instance::Instances;
+use item::Item;
 use triangles::{Best, TriangleBlock};
 #[cfg(feature = "embree")]
 pub(crate) use wide::Stack as TraversalStack;

@@ -13,7 +13,8 @@
 //! size of a and b in the coordinate, the differences, the quotient, the product and the sum of f32 numbers are off by
 //! less than 10·u·m in all, and [`CROSSING_ERROR`] takes four times that, before it is rounded outwards.
 
-use super::build::{BINS, Box4, Item, PARALLEL_BINNING, blocks, nearest_bins, without_name};
+use super::build::{BINS, PARALLEL_BINNING, blocks, nearest_bins};
+use super::item::{Box4, Item, without_name};
 use crate::accel::Hit;
 use crate::math::bounds::Bounds;
 use crate::math::float::{round_down, round_up};

@@ -7,9 +7,9 @@
 //! f32 decide nearly always; where they overlap, or an edge function is 0, [`settle`] computes them.
 
 use super::block::{BLOCK_SIZE, Block, BlockRay, SceneRay, corners_of, side_by_side, triangle};
-use super::build::Item;
 #[cfg(target_arch = "x86_64")]
 use super::interleaved::{self, Any, Closest, View};
+use super::item::Item;
 use super::pages::Pages;
 use super::spatial::Corners;
 use super::wide::{Stack, Tree};

@@ -43,8 +43,9 @@
 //! above the other on the stack: it has [`STACK_SIZE`] entries.
 
 use super::block::{Block, BlockRay, SceneRay};
-use super::build::{self, BinaryNode, Item, Kind, MAX_DEPTH};
+use super::build::{self, BinaryNode, Kind, MAX_DEPTH};
 use super::collapse::Plans;
+use super::item::Item;
 use super::pages::Pages;
 use crate::accel::{Hit, Quality};
 use crate::math::bounds::Bounds;

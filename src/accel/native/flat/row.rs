@@ -1,6 +1,6 @@
 //! The rows of a flat list: triangles and parallelograms as affine functions of a point.
 
-use super::super::build::Item;
+use super::super::item::Item;
 use crate::accel::Hit;
 use crate::math::float::UNIT_ROUNDOFF;
 use crate::math::ray::Ray;
