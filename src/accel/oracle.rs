@@ -75,7 +75,7 @@ pub fn closest(shapes: &[Shape], ray: &Ray) -> Option<(Hit, f64)> {
 /// [`closest`] of all primitives but those that are `left_out`.
 pub fn closest_but(shapes: &[Shape], ray: &Ray, left_out: &[Hit]) -> Option<(Hit, f64)> {
     let mut nearest: Option<(Hit, f64)> = None;
-    for hit in ids(shapes).filter(|hit| !left_out.contains(hit)) {
+    for hit in ids(shapes, left_out) {
         let t = match crosses(shapes, hit, ray) {
             Some(t) if ray.contains(t) => t,
             _ => continue,
@@ -89,13 +89,20 @@ pub fn closest_but(shapes: &[Shape], ray: &Ray, left_out: &[Hit]) -> Option<(Hit
 
 /// Whether the ray meets anything.
 pub fn occluded(shapes: &[Shape], ray: &Ray) -> bool {
-    ids(shapes).any(|hit| crosses(shapes, hit, ray).is_some_and(|t| ray.contains(t)))
+    ids(shapes, &[]).any(|hit| crosses(shapes, hit, ray).is_some_and(|t| ray.contains(t)))
 }
 
-fn ids(shapes: &[Shape]) -> impl Iterator<Item = Hit> + '_ {
-    (0..).zip(shapes).flat_map(|(shape, description)| {
+/// Whether the ray meets anything but what is `left_out`, or passes so near that it may be said to.
+pub fn may_be_occluded(shapes: &[Shape], ray: &Ray, left_out: &[Hit]) -> bool {
+    ids(shapes, left_out).any(|hit| contact(shapes, hit, ray) != Contact::Miss)
+}
+
+/// All primitives but those that are left out.
+fn ids<'a>(shapes: &'a [Shape], left_out: &'a [Hit]) -> impl Iterator<Item = Hit> + 'a {
+    let of_shape = |(shape, description): (u32, &Shape)| {
         (0..description.primitive_count() as u32).map(move |primitive| Hit { shape, primitive })
-    })
+    };
+    (0..).zip(shapes).flat_map(of_shape).filter(|hit| !left_out.contains(hit))
 }
 
 /// Distance at which the ray's line crosses a primitive; of several the one that counts.
@@ -332,8 +339,7 @@ pub fn standing(shapes: &[Shape], ray: &Ray, left_out: &[Hit], truth: Hit, answe
         }
         _ => false,
     };
-    let mut others = ids(shapes).filter(|hit| !left_out.contains(hit));
-    if others.any(|hit| may_be_nearer(hit) && is_nearer(hit)) { Standing::Missed } else { Standing::Tie }
+    if ids(shapes, left_out).any(|hit| may_be_nearer(hit) && is_nearer(hit)) { Standing::Missed } else { Standing::Tie }
 }
 
 #[cfg(test)]
@@ -392,6 +398,8 @@ mod tests {
         let ray = Ray::new(Vec3::new(0.125, 0.125, 1.0), Vec3::NEG_Z);
         let find = |left_out: &[Hit]| closest_but(&both(), &ray, left_out).map(|(hit, _)| hit);
         assert_eq!(closest(&both(), &ray).map(|(hit, _)| hit), Some(PLAIN));
+        let may = |left_out: &[Hit]| may_be_occluded(&both(), &ray, left_out);
+        assert_eq!([may(&[PLAIN]), may(&[PLAIN, PLACED])], [true, false]);
         assert_eq!([find(&[PLAIN]), find(&[PLACED]), find(&[PLAIN, PLACED])], [Some(PLACED), Some(PLAIN), None]);
         let standing = |left_out: &[Hit], truth, answer| standing(&both(), &ray, left_out, truth, answer);
         assert_eq!(standing(&[PLAIN], PLACED, PLAIN), Standing::False);

@@ -210,7 +210,8 @@ fn any_follows(shapes: &[Shape], aimed: &Aimed, truth: Hit, answer: Answer) -> b
     // Embree takes other code for any hit; ours may not differ.
     let is_strict = who != Who::Embree && !meets_end;
     let certain = |hit: Hit| hit.is_some() && matches!(oracle::contact(shapes, hit, &aimed.ray), Contact::Inside(..));
-    any == hit.is_some() || !(is_strict || certain(hit) || certain(truth) || any && !truth.is_some())
+    let may_be = || oracle::may_be_occluded(shapes, &aimed.ray, &aimed.ends);
+    any == hit.is_some() || !is_strict && if any { may_be() } else { !certain(hit) && !certain(truth) }
 }
 
 /// The accelerators over one mesh.
