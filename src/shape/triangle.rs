@@ -255,13 +255,29 @@ fn crosses_in_f64(p: [[f64; 2]; 3]) -> bool {
     crosses(p)
 }
 
-/// Whether no two of the edge functions of these sheared vertices have opposite signs; false for a triangle without area.
+/// Whether no two of the edge functions of these sheared vertices have opposite signs; false for a triangle without area. The
+/// signs are exact.
 #[inline]
 fn crosses(p: [[f64; 2]; 3]) -> bool {
-    let e = edge_functions(&p);
+    let mut e = edge_functions(&p);
+    if e.contains(&0.0) {
+        e = [edge_sign(p[1], p[2], e[0]), edge_sign(p[2], p[0], e[1]), edge_sign(p[0], p[1], e[2])];
+    }
     let negative = e.iter().any(|&e| e < 0.0);
     let positive = e.iter().any(|&e| e > 0.0);
     negative != positive
+}
+
+/// A number with the sign of the edge function of a and b, which is rounded to `e`. Products that round to different numbers are in
+/// their order; of equal ones, what each was rounded by decides, which a fused operation tells exactly. (Without it, all
+/// that lies in the plane of a triangle crosses it, as far beside it as it may be.)
+#[cold]
+fn edge_sign(a: [f64; 2], b: [f64; 2], e: f64) -> f64 {
+    if e != 0.0 {
+        return e;
+    }
+    let (p, q) = (b[0] * a[1], b[1] * a[0]);
+    b[0].mul_add(a[1], -p) - b[1].mul_add(a[0], -q)
 }
 
 /// The axes of the space that is sheared for direction `d`.
@@ -364,8 +380,8 @@ impl ExactWatertightRay {
         Self(ExactRay::new(ray))
     }
 
-    /// Those of four triangles, stored as `v[vertex][axis]` with a lane each, whose planes the line crosses inside of them or
-    /// on their rims, a bit each: what [`Self::intersect`] asks first.
+    /// Those of four triangles, stored as `v[vertex][axis]` with a lane each, where no two edge functions have certainly opposite
+    /// signs, a bit each: all others [`Self::intersect`] does not find.
     #[inline(always)]
     pub fn crosses4(&self, v: &[[Vec4; 3]; 3]) -> u32 {
         let Self(ExactRay { axes: [x, y, z], origin: [ox, oy, oz], shear: [sx, sy], .. }) = *self;
@@ -376,7 +392,7 @@ impl ExactWatertightRay {
         let e = edge_functions(&[sheared(&v[0]), sheared(&v[1]), sheared(&v[2])]);
         let negative = e[0].cmplt(DVec4::ZERO) | e[1].cmplt(DVec4::ZERO) | e[2].cmplt(DVec4::ZERO);
         let positive = e[0].cmpgt(DVec4::ZERO) | e[1].cmpgt(DVec4::ZERO) | e[2].cmpgt(DVec4::ZERO);
-        (negative ^ positive).bitmask()
+        !(negative & positive).bitmask() & 0b1111
     }
 
     /// Distance to the triangle in units of the direction, where the ray meets it (from either side) inside its open
@@ -526,5 +542,24 @@ mod tests {
             assert!(!(t < low || t > high), "{low} {t} {high}: {:?} {ray:?}", [a, b, c]);
         }
         assert!(crossed > 100_000 && bounded > crossed / 10 * 9, "{bounded} of {crossed}");
+    }
+
+    /// A ray in the plane of a triangle, to the rounding of f64, that passes a third of its size beside it.
+    #[test]
+    fn what_lies_beside_in_the_plane_is_not_met() {
+        let ray = DRay {
+            o: DVec3::new(-1.0830913282875372, 2.684664642740074, -0.11841873927153301),
+            d: DVec3::new(1.654560002015387, -2.4789389839231717, 0.49391303176389556),
+            tmin: 0.0,
+            tmax: f32::INFINITY,
+        };
+        let v = [
+            Vec3::new(0.22092235, 0.23420656, 0.17124414),
+            Vec3::new(-0.630731, -0.22170639, -0.4302802),
+            Vec3::new(0.47744536, -0.87851465, 0.10175955),
+        ];
+        assert_eq!(ExactWatertightRay::new(&ray).intersect(v), None);
+        // Whichever way round it is.
+        assert_eq!(ExactWatertightRay::new(&ray).intersect([v[2], v[1], v[0]]), None);
     }
 }
