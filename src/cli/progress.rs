@@ -50,7 +50,7 @@ fn tick(stopped: &Receiver<()>) -> bool {
 
 fn rates(progress: &Progress, start: Instant) -> String {
     let seconds = start.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
-    let (samples, rays) = (progress.samples() as f64 / seconds, progress.rays() as f64 / seconds);
+    let [samples, rays] = progress.of_this_run().map(|n| n as f64 / seconds);
     format!("{} samples/s, {} rays/s", quantity(samples), quantity(rays))
 }
 
@@ -75,7 +75,8 @@ fn show_lines(progress: &Progress, total: u64, stopped: &Receiver<()>) {
         let step = done.saturating_mul(PLAIN_STEPS) / total.max(1);
         if step > shown && step < PLAIN_STEPS {
             shown = step;
-            let left = start.elapsed().as_secs_f64() * (total - done) as f64 / done as f64;
+            let [samples, _] = progress.of_this_run();
+            let left = start.elapsed().as_secs_f64() * (total - done) as f64 / samples as f64;
             let percent = 100 * done / total.max(1);
             let _ = writeln!(std::io::stderr(), "{percent} %, {}, {left:.0} s left", rates(progress, start));
         }

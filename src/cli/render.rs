@@ -32,7 +32,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let Outputs { pictures, stats } = reserve(args)?;
     let progress = Arc::new(Progress::default());
     let temporaries = pictures.iter().map(OutputFile::temporary_path).chain(stats.iter().map(Reserved::temporary_path));
-    interrupt::handle(&progress, temporaries.map(Path::to_owned).collect());
+    interrupt::handle(&progress, temporaries.flatten().map(Path::to_owned).collect());
     let pool = prepare::pool(args.scene.threads)?;
     let prepared = prepare::prepare(&args.scene, args.aov.contains(&AovName::Uv), args.spp, &pool)?;
     for warning in &prepared.warnings {
@@ -52,7 +52,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
             "warning: the channels beside the picture are not written: only a file named .exr can hold them"
         ));
     }
-    let display = Display::start(&progress, total_samples(&prepared.scene, &settings), args.quiet);
+    let display = Display::start(&progress, total_samples(&prepared.scene, settings.samples), args.quiet);
     let rendered = render_with(&prepared.scene, &settings, &beside.aovs, &pool, &progress);
     drop(display);
     let names = Names {

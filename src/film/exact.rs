@@ -182,6 +182,16 @@ impl ExactRgb {
         }
     }
 
+    /// The sums in units of the scale.
+    pub(super) fn units(&self) -> [i128; 3] {
+        self.0
+    }
+
+    /// Adds sums in units of the scale.
+    pub(super) fn add_units(&mut self, units: [i128; 3]) {
+        self.add(&Self(units));
+    }
+
     /// The sum, rounded once.
     pub fn to_f64(&self, scale: Scale) -> [f64; 3] {
         self.0.map(|s| scale.value(s))

@@ -26,7 +26,7 @@ impl Extras {
 }
 
 /// The sums of some pixels.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct ExtraSums {
     /// Pixel by pixel: a sum for each mean.
     sums: Vec<i128>,
@@ -61,6 +61,28 @@ impl ExtraSums {
         self.numbers[first..first + extras.numbers].copy_from_slice(numbers);
     }
 
+    /// Puts sums and numbers into their places of `pixel`.
+    pub(super) fn set(
+        &mut self,
+        pixel: usize,
+        sums: impl ExactSizeIterator<Item = i128>,
+        numbers: impl ExactSizeIterator<Item = u32>,
+    ) {
+        let (first_sum, first_number) = (pixel * sums.len(), pixel * numbers.len());
+        self.sums[first_sum..].iter_mut().zip(sums).for_each(|(to, sum)| *to = sum);
+        self.numbers[first_number..].iter_mut().zip(numbers).for_each(|(to, number)| *to = number);
+    }
+
+    /// All sums, pixel by pixel.
+    pub(super) fn sums(&self) -> impl Iterator<Item = i128> {
+        self.sums.iter().copied()
+    }
+
+    /// All numbers, pixel by pixel, the count of samples first.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = u32> {
+        self.numbers.iter().copied()
+    }
+
     /// Adds `count` pixels of another: its pixels from `theirs` on to those from `mine` on.
     fn add(&mut self, extras: &Extras, mine: usize, other: &Self, theirs: usize, count: usize) {
         let n = extras.means.len();
@@ -69,7 +91,7 @@ impl ExtraSums {
         let n = 1 + extras.numbers;
         let numbers = self.numbers[mine * n..].iter_mut().zip(&other.numbers[theirs * n..(theirs + count) * n]);
         // Only one buffer has the first sample, and with it the numbers; all others have zeros.
-        numbers.for_each(|(number, o)| *number += *o);
+        numbers.for_each(|(number, o)| *number = number.wrapping_add(*o));
     }
 }
 
@@ -85,12 +107,33 @@ impl ExtraFilm {
         Self { extras, tiles: (0..tiles).map(|_| Mutex::default()).collect() }
     }
 
-    /// Adds to tile `index`, which has the pixels `bounds`, what it shares with a buffer of the pixels `reach`.
-    pub(super) fn add(&self, index: usize, bounds: Area, sums: &ExtraSums, reach: Area) {
+    /// A copy of everything, as it is now.
+    pub(super) fn copied(&self) -> Self {
+        Self { extras: self.extras.clone(), tiles: self.tiles.iter().map(|t| lock(t).clone().into()).collect() }
+    }
+
+    /// The sums of tile `index`; empty before the first are added.
+    pub(super) fn tile(&self, index: usize) -> std::sync::MutexGuard<'_, ExtraSums> {
+        lock(&self.tiles[index])
+    }
+
+    /// Adds the sums of all `pixels` of tile `index`.
+    pub(super) fn add_tile(&self, index: usize, sums: &ExtraSums, pixels: usize) {
+        self.started(index, pixels).add(&self.extras, 0, sums, 0, pixels);
+    }
+
+    /// The sums of tile `index`, which has so many pixels, ready to be added to.
+    fn started(&self, index: usize, pixels: usize) -> std::sync::MutexGuard<'_, ExtraSums> {
         let mut tile = lock(&self.tiles[index]);
         if tile.numbers.is_empty() {
-            *tile = ExtraSums::new(&self.extras, bounds.pixels() as usize);
+            *tile = ExtraSums::new(&self.extras, pixels);
         }
+        tile
+    }
+
+    /// Adds to tile `index`, which has the pixels `bounds`, what it shares with a buffer of the pixels `reach`.
+    pub(super) fn add(&self, index: usize, bounds: Area, sums: &ExtraSums, reach: Area) {
+        let mut tile = self.started(index, bounds.pixels() as usize);
         let shared = bounds.intersection(reach);
         for y in shared.y..shared.y + shared.height.cast_signed() {
             let (mine, theirs) = (bounds.index(shared.x, y), reach.index(shared.x, y));

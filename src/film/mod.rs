@@ -20,6 +20,7 @@
 pub mod exact;
 mod extras;
 mod kernel;
+mod sums;
 mod tile;
 
 pub use extras::Extras;

@@ -62,7 +62,7 @@ pub(super) fn decode(bytes: &[u8], named: Option<ImageFormat>, raw: bool) -> std
 }
 
 /// Width and height as numbers of 32 bits, unless there are too many pixels.
-fn check_size(width: usize, height: usize) -> std::result::Result<(u32, u32), String> {
+pub(super) fn check_size(width: usize, height: usize) -> std::result::Result<(u32, u32), String> {
     match (u32::try_from(width), u32::try_from(height)) {
         (Ok(w), Ok(h)) if w > 0 && h > 0 && u64::from(w) * u64::from(h) <= MAX_PIXELS => Ok((w, h)),
         _ => Err(format!("{width}x{height} pixels are too many; at most {MAX_PIXELS} can be read")),

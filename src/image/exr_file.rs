@@ -16,6 +16,10 @@ use std::io::BufWriter;
 /// some samples of every pixel.
 const ENCODING: Encoding = Encoding { compression: Compression::RLE, ..Encoding::SMALL_LOSSLESS };
 
+/// How many times as long as a file what is unpacked from it can be: a run of 128 bytes takes two, and there is more in a
+/// file than its pixels.
+pub(super) const MAX_EXPANSION: u64 = 64;
+
 /// What a file says of the render that made it. Every entry becomes an attribute of the EXR.
 #[derive(Clone, Debug, Default)]
 pub struct Metadata {

@@ -10,14 +10,17 @@ mod layers;
 mod output;
 mod png_file;
 mod raster;
+mod reserved;
+pub mod sums_file;
 
 pub use exr_file::Metadata;
 pub use filter::Filter;
 pub use input::{PictureFile, decode as decode_picture, read as read_picture};
 pub use layers::{Layers, PixelFormat, Plane, PlaneValues};
-pub use output::{Format, OutputFile, Reserved, WriteOptions};
+pub use output::{Format, OutputFile, WriteOptions};
 pub use png_file::to_png;
 pub use raster::Raster;
+pub use reserved::Reserved;
 
 use crate::spectrum::Rgb;
 

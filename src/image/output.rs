@@ -1,11 +1,10 @@
-//! An output file that exists whole or not at all: written beside its place under a temporary name, then renamed.
+//! Pictures as output files: which format a name asks for, and what goes into the file.
 
 use super::exr_file::{self, ExrOptions, Metadata};
+use super::reserved::Reserved;
 use super::{ComponentFormat, Crop, Layers, png_file};
 use crate::error::{Error, Result};
-use std::fs::File;
-use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use std::path::Path;
 
 /// A file format, told by the name's ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,88 +41,6 @@ pub struct WriteOptions {
     pub metadata: Metadata,
 }
 
-/// A place for a file, reserved before there is anything to write so that it is known to be writable. Nothing is left
-/// behind if it is dropped unwritten.
-pub struct Reserved {
-    path: PathBuf,
-    /// What the file is to hold, for messages: "the picture".
-    what: &'static str,
-    /// Where the path leads if it is a symbolic link.
-    place: PathBuf,
-    temporary: NamedTempFile,
-}
-
-impl Reserved {
-    /// Reserves `path`: its folder exists and can be written to, and it is nothing but a regular file itself, if it
-    /// exists.
-    pub fn new(path: &Path, what: &'static str) -> Result<Self> {
-        let fail = |why: &dyn std::fmt::Display| Error::file(path, format!("cannot write {what}: {why}"));
-        if path.is_dir() {
-            return Err(fail(&"this is a folder"));
-        }
-        if path.exists() && !path.is_file() {
-            return Err(fail(&"this is not a regular file"));
-        }
-        let folder = folder(path);
-        if !folder.is_dir() {
-            return Err(fail(&format_args!("the folder {} does not exist", folder.display())));
-        }
-        // A link stays a link, and what it leads to is written.
-        let place = if path.is_symlink() { path.canonicalize().map_err(|e| fail(&e))? } else { path.to_owned() };
-        let temporary = temporary_beside(&place).map_err(|e| fail(&e))?;
-        Ok(Self { path: path.to_owned(), what, place, temporary })
-    }
-
-    /// The name that the file will have.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// The name that it has until it is written.
-    pub fn temporary_path(&self) -> &Path {
-        self.temporary.path()
-    }
-
-    /// Lets `write` fill the file and gives it its name.
-    pub fn write<T, E: std::fmt::Display>(
-        mut self,
-        write: impl FnOnce(&mut File) -> std::result::Result<T, E>,
-    ) -> Result<T> {
-        let what = self.what;
-        let fail = |e: &dyn std::fmt::Display| Error::file(&self.path, format!("cannot write {what}: {e}"));
-        let file = self.temporary.as_file_mut();
-        let written = write(file).map_err(|e| fail(&e))?;
-        if let Ok(existing) = self.place.metadata() {
-            // Who may read it does not change; where the owner cannot be kept, a mode that cannot be set is no failure.
-            let _ = file.set_permissions(existing.permissions());
-        }
-        file.sync_all().map_err(|e| fail(&e))?;
-        self.temporary.persist(&self.place).map_err(|e| {
-            // The file is whole: what is in the way of its name is no reason to lose it.
-            let kept = e.file.keep().map(|(_, kept)| format!("; it is kept as {}", kept.display()));
-            let message = format!("cannot give {what} its name: {}{}", e.error, kept.unwrap_or_default());
-            Error::file(&self.path, message)
-        })?;
-        Ok(written)
-    }
-}
-
-/// The folder of a file.
-fn folder(path: &Path) -> &Path {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// A new file in the folder of `path`, to be renamed to it.
-fn temporary_beside(path: &Path) -> std::io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    // Short, whatever the name: file systems limit its length.
-    builder.prefix(".snell-").suffix(".tmp");
-    // As any new file: what the user's mask allows, not the private mode of temporary files.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder(path))
-}
-
 /// A place for a picture.
 pub struct OutputFile {
     format: Format,
@@ -142,8 +59,8 @@ impl OutputFile {
         self.file.path()
     }
 
-    /// The name that it has until it is written.
-    pub fn temporary_path(&self) -> &Path {
+    /// The name that it has until it is written, if it has one.
+    pub fn temporary_path(&self) -> Option<&Path> {
         self.file.temporary_path()
     }
 

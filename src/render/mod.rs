@@ -4,14 +4,21 @@
 //! of the second, so that a render that is stopped early shows the whole picture. Which thread takes which unit cannot
 //! change a bit of it, for the film's sums are exact.
 
+mod ledger;
+
+pub use ledger::Standing;
+
 use crate::film::exact::Scale;
 use crate::film::{Dropped, Film};
 use crate::integrator::aov::Aovs;
 use crate::integrator::{Integrator, RayCounts};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use ledger::Ledger;
 use rayon::ThreadPool;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 /// Samples a pixel in one unit of work: enough to fill waves, few enough that a stop is never far.
@@ -33,19 +40,30 @@ pub struct RenderSettings {
 pub struct Progress {
     samples: AtomicU64,
     rays: AtomicU64,
+    earlier_samples: AtomicU64,
+    earlier_rays: AtomicU64,
     started: AtomicBool,
     cancelled: AtomicBool,
 }
 
 impl Progress {
-    /// Samples taken so far.
+    /// Samples taken so far, in all runs of the render.
     pub fn samples(&self) -> u64 {
         self.samples.load(Ordering::Relaxed)
     }
 
-    /// Rays traced so far.
-    pub fn rays(&self) -> u64 {
-        self.rays.load(Ordering::Relaxed)
+    /// Samples and rays of this run.
+    pub fn of_this_run(&self) -> [u64; 2] {
+        let pairs = [(&self.samples, &self.earlier_samples), (&self.rays, &self.earlier_rays)];
+        pairs.map(|(all, earlier)| all.load(Ordering::Relaxed) - earlier.load(Ordering::Relaxed))
+    }
+
+    /// Counts what earlier runs did.
+    fn resume(&self, done: &Done) {
+        self.earlier_samples.store(done.samples, Ordering::Relaxed);
+        self.samples.store(done.samples, Ordering::Relaxed);
+        self.earlier_rays.store(done.rays.total(), Ordering::Relaxed);
+        self.rays.store(done.rays.total(), Ordering::Relaxed);
     }
 
     /// Whether the render has begun, so that there is something to stop.
@@ -81,10 +99,12 @@ pub struct Rendered {
 }
 
 /// Work that is done.
-#[derive(Clone, Copy, Default)]
-struct Done {
-    samples: u64,
-    rays: RayCounts,
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Done {
+    /// Samples taken, over all pixels.
+    pub samples: u64,
+    /// Rays traced.
+    pub rays: RayCounts,
 }
 
 impl std::ops::AddAssign for Done {
@@ -94,10 +114,23 @@ impl std::ops::AddAssign for Done {
     }
 }
 
-/// Number of samples that a render takes, over all pixels and the border around them, if there is one.
-pub fn total_samples(scene: &Scene, settings: &RenderSettings) -> u64 {
+/// How far a render is: enough to go on from there, in this process or another, as if it had never been stopped.
+pub struct State {
+    /// The sums of what is done.
+    pub film: Film,
+    /// Which units of work that is.
+    pub standing: Standing,
+    /// How much it is.
+    pub done: Done,
+    /// The wall time that it took.
+    pub time: Duration,
+}
+
+/// Number of samples that a render of so many samples a pixel takes, over all pixels and the border around them, if there is
+/// one.
+pub fn total_samples(scene: &Scene, samples: u32) -> u64 {
     let film = &scene.film;
-    film.filter.sampled_area(film.crop, film.sample_border).pixels() * u64::from(settings.samples)
+    film.filter.sampled_area(film.crop, film.sample_border).pixels() * u64::from(samples)
 }
 
 /// Renders on the threads of `pool`.
@@ -113,58 +146,125 @@ pub fn render_with(
     pool: &ThreadPool,
     progress: &Progress,
 ) -> Rendered {
-    let start = Instant::now();
-    progress.started.store(true, Ordering::Relaxed);
-    let f = &scene.film;
-    let film = Film::new(f.crop, f.filter, f.sample_border, Scale::for_radiance(scene.brightest()));
-    let film = if aovs.is_empty() { film } else { film.with_extras(aovs.extras(scene)) };
-    let job = Job { scene, settings, aovs, film: &film, progress };
-    let tiles = film.tile_count() as u64;
-    let units = tiles * u64::from(settings.samples.div_ceil(CHUNK));
-    let next = AtomicU64::new(0);
-    let counts = pool.broadcast(|_| {
-        let mut done = Done::default();
-        while !progress.is_cancelled() {
-            let unit = next.fetch_add(1, Ordering::Relaxed);
-            if unit >= units {
-                break;
-            }
-            done += render_unit(&job, unit);
-        }
-        done
-    });
-    let mut done = Done::default();
-    counts.into_iter().for_each(|c| done += c);
-    let Done { samples, rays } = done;
-    let dropped = film.dropped();
-    let complete = samples == total_samples(scene, settings);
-    Rendered { film, samples, rays, dropped, time: start.elapsed(), complete }
+    let session = Session::new(scene, settings, aovs, 0..settings.samples, progress);
+    session.run(pool);
+    session.finish()
 }
 
-/// What the threads share.
-struct Job<'a> {
+/// An empty film for the scene, with all that is to be known beside radiance.
+fn empty_film(scene: &Scene, aovs: &Aovs) -> Film {
+    let f = &scene.film;
+    let film = Film::new(f.crop, f.filter, f.sample_border, Scale::for_radiance(scene.brightest()));
+    if aovs.is_empty() { film } else { film.with_extras(aovs.extras(scene)) }
+}
+
+/// A render of some of the samples of every pixel, of which a [`State`] can be had at any time.
+pub struct Session<'a> {
     scene: &'a Scene,
     settings: &'a RenderSettings,
     aovs: &'a Aovs,
-    film: &'a Film,
+    /// Which samples of each pixel to take.
+    samples: Range<u32>,
+    film: Film,
+    ledger: Ledger,
+    /// Held for reading while a unit is entered into film and ledger, so that whoever holds it for writing sees the same
+    /// units in both.
+    entering: RwLock<()>,
     progress: &'a Progress,
+    start: Instant,
+    /// Wall time of what was done in earlier runs.
+    before: Duration,
 }
 
-fn render_unit(job: &Job<'_>, unit: u64) -> Done {
-    let &Job { scene, settings, aovs, film, progress } = job;
-    let tiles = film.tile_count() as u64;
-    let first = (unit / tiles) as u32 * CHUNK;
-    let last = first.saturating_add(CHUNK).min(settings.samples);
-    let mut tile = film.start_tile((unit % tiles) as usize);
-    let (integrator, sampler) = (&settings.integrator, &settings.sampler);
-    let rays = if aovs.is_empty() {
-        integrator.sample_tile(scene, sampler, first..last, &mut tile)
-    } else {
-        integrator.sample_tile_with(scene, sampler, aovs, first..last, &mut tile)
-    };
-    film.add(&tile);
-    let samples = tile.bounds().pixels() * u64::from(last - first);
-    progress.samples.fetch_add(samples, Ordering::Relaxed);
-    progress.rays.fetch_add(rays.total(), Ordering::Relaxed);
-    Done { samples, rays }
+impl<'a> Session<'a> {
+    /// A render of the samples `samples` of every pixel, not begun; they are the same numbers of the same sequence as in a
+    /// render of all `settings.samples`.
+    pub fn new(
+        scene: &'a Scene,
+        settings: &'a RenderSettings,
+        aovs: &'a Aovs,
+        samples: Range<u32>,
+        progress: &'a Progress,
+    ) -> Self {
+        let film = empty_film(scene, aovs);
+        let ledger = Ledger::new(units(&film, &samples));
+        let (entering, start) = (RwLock::new(()), Instant::now());
+        Self { scene, settings, aovs, samples, film, ledger, entering, progress, start, before: Duration::ZERO }
+    }
+
+    /// An empty film like the one that this render fills.
+    pub fn empty_film(&self) -> Film {
+        empty_film(self.scene, self.aovs)
+    }
+
+    /// Goes on from where a render of the same samples of the same scene with the same settings stood, all of which the
+    /// caller must know, and whose film is like [`Self::empty_film`].
+    ///
+    /// Fails where the units of work that are done are not those of such a render.
+    pub fn resume(self, state: State) -> Result<Self, ()> {
+        let State { film, standing, done, time } = state;
+        let ledger = Ledger::resumed(units(&film, &self.samples), &standing, done).ok_or(())?;
+        self.progress.resume(&done);
+        Ok(Self { film, ledger, before: time, ..self })
+    }
+
+    /// Takes the samples that are left on the threads of `pool`, until the progress is cancelled.
+    pub fn run(&self, pool: &ThreadPool) {
+        self.progress.started.store(true, Ordering::Relaxed);
+        pool.broadcast(|_| {
+            while !self.progress.is_cancelled()
+                && let Some(unit) = self.ledger.take()
+            {
+                self.render_unit(unit);
+            }
+        });
+    }
+
+    /// How far it is, also while it runs; threads wait only as long as it takes to copy the sums.
+    pub fn state(&self) -> State {
+        let _nothing_enters = self.entering.write().unwrap_or_else(PoisonError::into_inner);
+        State {
+            film: self.film.copied(),
+            standing: self.ledger.standing(),
+            done: self.ledger.done(),
+            time: self.time(),
+        }
+    }
+
+    /// Wall time so far, with that of earlier runs.
+    fn time(&self) -> Duration {
+        self.before + self.start.elapsed()
+    }
+
+    /// What came of it.
+    pub fn finish(self) -> Rendered {
+        let (time, complete) = (self.time(), self.ledger.is_complete());
+        let (Done { samples, rays }, dropped) = (self.ledger.done(), self.film.dropped());
+        Rendered { film: self.film, samples, rays, dropped, time, complete }
+    }
+
+    fn render_unit(&self, unit: u64) {
+        let &Self { scene, settings, aovs, ref film, progress, .. } = self;
+        let tiles = film.tile_count() as u64;
+        let first = self.samples.start + (unit / tiles) as u32 * CHUNK;
+        let last = first.saturating_add(CHUNK).min(self.samples.end);
+        let mut tile = film.start_tile((unit % tiles) as usize);
+        let (integrator, sampler) = (&settings.integrator, &settings.sampler);
+        let rays = if aovs.is_empty() {
+            integrator.sample_tile(scene, sampler, first..last, &mut tile)
+        } else {
+            integrator.sample_tile_with(scene, sampler, aovs, first..last, &mut tile)
+        };
+        let samples = tile.bounds().pixels() * u64::from(last - first);
+        let _entering = self.entering.read().unwrap_or_else(PoisonError::into_inner);
+        film.add(&tile);
+        self.ledger.finish(unit, Done { samples, rays });
+        progress.samples.fetch_add(samples, Ordering::Relaxed);
+        progress.rays.fetch_add(rays.total(), Ordering::Relaxed);
+    }
+}
+
+/// Number of units of work for the samples `samples` of every pixel.
+fn units(film: &Film, samples: &Range<u32>) -> u64 {
+    film.tile_count() as u64 * u64::from(samples.end.saturating_sub(samples.start).div_ceil(CHUNK))
 }

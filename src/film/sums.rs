@@ -1,0 +1,154 @@
+//! A film's sums as planes of 32-bit whole numbers, for files: what a checkpoint or a shard keeps, bit for bit.
+//!
+//! Each 128-bit sum is four planes, the lowest bits first, in two's complement: `sum.R.0` … `sum.B.3` for radiance,
+//! `weight.0` … for weights, `mean.0.0` … for each mean beside radiance, and `number.0` … for whole numbers.
+
+use super::extras::ExtraSums;
+use super::{Film, Pixel, lock};
+use crate::image::{Plane, PlaneValues};
+
+/// Planes that a 128-bit sum takes.
+const LIMBS: usize = 4;
+
+/// Bits of one.
+const LIMB_BITS: usize = 32;
+
+/// What the four 128-bit sums of a pixel are called.
+const SUMS: [&str; LIMBS] = ["sum.R", "sum.G", "sum.B", "weight"];
+
+/// Part `limb` of a sum.
+fn limb(sum: i128, limb: usize) -> u32 {
+    (sum >> (limb * LIMB_BITS)) as u32
+}
+
+/// The sum that has these parts.
+fn from_limbs(limbs: [u32; LIMBS]) -> i128 {
+    limbs.iter().rev().fold(0, |sum, &limb| sum << LIMB_BITS | u128::from(limb)).cast_signed()
+}
+
+impl Pixel {
+    fn sums(&self) -> [i128; LIMBS] {
+        let [r, g, b] = self.sum.units();
+        [r, g, b, self.weight]
+    }
+
+    fn add_sums(&mut self, [r, g, b, weight]: [i128; LIMBS]) {
+        self.sum.add_units([r, g, b]);
+        self.weight = self.weight.wrapping_add(weight);
+    }
+}
+
+impl Film {
+    /// A copy of all sums, as they are now.
+    #[must_use]
+    pub fn copied(&self) -> Self {
+        let copy = |tiles: &[std::sync::Mutex<Vec<Pixel>>]| tiles.iter().map(|t| lock(t).clone().into()).collect();
+        Self {
+            tiles: copy(&self.tiles),
+            extras: self.extras.as_ref().map(super::ExtraFilm::copied),
+            dropped: self.dropped().into(),
+            kernel: self.kernel,
+            ..*self
+        }
+    }
+
+    /// All sums as planes of whole numbers, row by row; without the samples that were left out.
+    pub fn to_planes(&self) -> Vec<Plane> {
+        let mut planes = self.empty_planes();
+        let means = self.extras.as_ref().map_or(0, |e| e.extras.means.len());
+        let numbers = self.extras.as_ref().map_or(0, |e| 1 + e.extras.numbers);
+        for index in 0..self.tiles.len() {
+            let pixels = lock(&self.tiles[index]);
+            let places: Vec<usize> = (0..pixels.len()).map(|i| self.flat_place(index, i)).collect();
+            let mut put = |plane: usize, values: &mut dyn Iterator<Item = u32>| {
+                let PlaneValues::Whole(to) = &mut planes[plane].values else { return };
+                places.iter().zip(values).for_each(|(&place, value)| to[place] = value);
+            };
+            for (which, part) in (0..SUMS.len()).flat_map(|s| (0..LIMBS).map(move |l| (s, l))) {
+                put(which * LIMBS + part, &mut pixels.iter().map(|p| limb(p.sums()[which], part)));
+            }
+            let Some(extras) = &self.extras else { continue };
+            let tile = extras.tile(index);
+            for (which, part) in (0..means).flat_map(|s| (0..LIMBS).map(move |l| (s, l))) {
+                let plane = (SUMS.len() + which) * LIMBS + part;
+                put(plane, &mut tile.sums().skip(which).step_by(means).map(|sum| limb(sum, part)));
+            }
+            for which in 0..numbers {
+                let plane = (SUMS.len() + means) * LIMBS + which;
+                put(plane, &mut tile.numbers().skip(which).step_by(numbers));
+            }
+        }
+        planes
+    }
+
+    /// The planes that [`Self::to_planes`] fills, in its order.
+    fn empty_planes(&self) -> Vec<Plane> {
+        let zeros = || PlaneValues::Whole(vec![0; self.pixels.0.pixels() as usize]);
+        self.plane_names().into_iter().map(|name| Plane { name, values: zeros() }).collect()
+    }
+
+    /// What the planes are called.
+    fn plane_names(&self) -> Vec<String> {
+        let (means, numbers) = self.extras.as_ref().map_or((0, 0), |e| (e.extras.means.len(), 1 + e.extras.numbers));
+        let sums = SUMS.iter().map(ToString::to_string).chain((0..means).map(|m| format!("mean.{m}")));
+        let sums = sums.flat_map(|name| (0..LIMBS).map(move |l| format!("{name}.{l}")));
+        sums.chain((0..numbers).map(|n| format!("number.{n}"))).collect()
+    }
+
+    /// Adds what planes hold to the sums; `plane` gives the values of the plane of a name, row by row.
+    ///
+    /// Fails, with the name, where a plane is missing or has not one value for each pixel; nothing is added then.
+    pub fn add_planes<'a>(&self, plane: impl Fn(&str) -> Option<&'a [u32]>) -> Result<(), String> {
+        let size = self.pixels.0.pixels() as usize;
+        let named = |name: &String| plane(name).filter(|p| p.len() == size).ok_or_else(|| name.clone());
+        let planes: Vec<&[u32]> = self.plane_names().iter().map(named).collect::<Result<_, _>>()?;
+        for index in 0..self.tiles.len() {
+            let count = self.pixels.bounds(index).pixels() as usize;
+            let places: Vec<usize> = (0..count).map(|i| self.flat_place(index, i)).collect();
+            let sum = |which: usize, place: usize| {
+                let limbs = &planes[which * LIMBS..][..LIMBS];
+                from_limbs([limbs[0][place], limbs[1][place], limbs[2][place], limbs[3][place]])
+            };
+            let mut pixels = lock(&self.tiles[index]);
+            pixels.resize(count, Pixel::default());
+            for (pixel, &place) in pixels.iter_mut().zip(&places) {
+                pixel.add_sums([sum(0, place), sum(1, place), sum(2, place), sum(3, place)]);
+            }
+            if let Some(extras) = &self.extras {
+                let means = extras.extras.means.len();
+                let numbers = &planes[(SUMS.len() + means) * LIMBS..];
+                let mut other = ExtraSums::new(&extras.extras, count);
+                for (i, &place) in places.iter().enumerate() {
+                    let means = (0..means).map(|m| sum(SUMS.len() + m, place));
+                    other.set(i, means, numbers.iter().map(|n| n[place]));
+                }
+                extras.add_tile(index, &other, count);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds samples that were left out elsewhere.
+    pub fn add_dropped(&self, dropped: &super::Dropped) {
+        lock(&self.dropped).add(dropped);
+    }
+
+    /// Position of pixel `i` of tile `index` among all pixels, row by row.
+    fn flat_place(&self, index: usize, i: usize) -> usize {
+        let (x, y) = self.place(index, i);
+        y as usize * self.pixels.0.width as usize + x as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_are_four_words() {
+        for sum in [0, 1, -1, i128::MAX, i128::MIN, 0x0123_4567_89ab_cdef_0011_2233_4455_6677] {
+            assert_eq!(from_limbs([0, 1, 2, 3].map(|l| limb(sum, l))), sum);
+        }
+        assert_eq!([0, 1, 2, 3].map(|l| limb(-2, l)), [u32::MAX - 1, u32::MAX, u32::MAX, u32::MAX]);
+    }
+}
