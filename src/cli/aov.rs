@@ -9,10 +9,11 @@ use crate::image::{Picture, PixelFormat, Plane, PlaneValues};
 use crate::integrator::aov::{Aov, Aovs, Index, Number, Quantity};
 use crate::math::float::saturate_to_f32;
 use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// What a channel is made of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Source {
     /// A mean of the film, times a factor; and whether it is a colour.
     Mean { index: usize, unit: f64, is_colour: bool },
@@ -29,10 +30,62 @@ enum Source {
 pub(super) struct Beside {
     /// What the render is to find out.
     pub(super) aovs: Aovs,
+    /// What becomes of it.
+    pub(super) channels: Channels,
+}
+
+/// What is made of all that a film keeps beside radiance.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Channels {
     /// Every channel by its name.
-    channels: Vec<(String, Source)>,
+    named: Vec<(String, Source)>,
     /// Which mean of the film is alpha, if that is wanted.
     alpha: Option<usize>,
+}
+
+impl Channels {
+    /// How much of each pixel is covered.
+    pub(super) fn alpha(&self, film: &Film) -> Option<Vec<f32>> {
+        self.alpha.map(|index| film.means(index).into_iter().map(saturate_to_f32).collect())
+    }
+
+    /// The channels beside the picture.
+    pub(super) fn planes(&self, film: &Film, picture: &Picture) -> Vec<Plane> {
+        let error = self.named.iter().find_map(|(_, source)| match *source {
+            Source::Error { later, .. } => Some(error_estimate::planes(film, picture, later)),
+            _ => None,
+        });
+        let mut error = error.unwrap_or_default();
+        let mut plane = |(name, source): &(String, Source)| {
+            let values = match *source {
+                Source::Mean { index, unit, is_colour } => {
+                    let values = film.means(index).into_iter().map(|v| saturate_to_f32(v * unit)).collect();
+                    if is_colour { PlaneValues::Colour(values) } else { PlaneValues::Float(values) }
+                }
+                Source::Number(index) => PlaneValues::Whole(film.numbers(index)),
+                Source::Samples => PlaneValues::Whole(film.sample_counts()),
+                Source::Error { channel, .. } => PlaneValues::Colour(std::mem::take(&mut error[channel])),
+            };
+            Plane { name: name.clone(), values }
+        };
+        self.named.iter().map(&mut plane).collect()
+    }
+
+    /// Whether a film that keeps so many means and numbers has all that the channels are made of.
+    pub(super) fn fit(&self, means: usize, numbers: usize) -> bool {
+        let fits = |(_, source): &(String, Source)| match *source {
+            Source::Mean { index, unit, .. } => index < means && unit.is_finite(),
+            Source::Number(index) => index < numbers,
+            Source::Samples => true,
+            Source::Error { later, channel } => later.checked_add(3).is_some_and(|last| last < means) && channel < 3,
+        };
+        self.alpha.is_none_or(|index| index < means) && self.named.iter().all(fits)
+    }
+
+    /// What the channels are called.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.named.iter().map(|(name, _)| name.as_str())
+    }
 }
 
 impl Beside {
@@ -60,11 +113,11 @@ impl Beside {
             }
         }
         if format.has_alpha() {
-            beside.alpha = Some(beside.aovs.alpha());
+            beside.channels.alpha = Some(beside.aovs.alpha());
         }
         let own = format.channels().iter().map(|(name, _)| *name).chain(format.has_alpha().then_some("A"));
         let mut seen = BTreeSet::new();
-        match own.chain(beside.channels.iter().map(|(name, _)| name.as_str())).find(|name| !seen.insert(*name)) {
+        match own.chain(beside.channels.names()).find(|name| !seen.insert(*name)) {
             Some(name) => Err(Error::Usage(format!("two channels of the picture would be called '{name}'"))),
             None => Ok(beside),
         }
@@ -78,39 +131,12 @@ impl Beside {
 
     /// Whether there are channels that only some formats can hold.
     pub(super) fn has_channels(&self) -> bool {
-        !self.channels.is_empty()
+        !self.channels.named.is_empty()
     }
 
     /// Bytes that a pixel of the film takes for all this.
     pub(super) fn bytes(&self, scene: &Scene) -> u64 {
         if self.aovs.is_empty() { 0 } else { self.aovs.extras(scene).bytes() }
-    }
-
-    /// How much of each pixel is covered.
-    pub(super) fn alpha(&self, film: &Film) -> Option<Vec<f32>> {
-        self.alpha.map(|index| film.means(index).into_iter().map(saturate_to_f32).collect())
-    }
-
-    /// The channels beside the picture.
-    pub(super) fn planes(&self, film: &Film, picture: &Picture) -> Vec<Plane> {
-        let error = self.channels.iter().find_map(|(_, source)| match *source {
-            Source::Error { later, .. } => Some(error_estimate::planes(film, picture, later)),
-            _ => None,
-        });
-        let mut error = error.unwrap_or_default();
-        let mut plane = |(name, source): &(String, Source)| {
-            let values = match *source {
-                Source::Mean { index, unit, is_colour } => {
-                    let values = film.means(index).into_iter().map(|v| saturate_to_f32(v * unit)).collect();
-                    if is_colour { PlaneValues::Colour(values) } else { PlaneValues::Float(values) }
-                }
-                Source::Number(index) => PlaneValues::Whole(film.numbers(index)),
-                Source::Samples => PlaneValues::Whole(film.sample_counts()),
-                Source::Error { channel, .. } => PlaneValues::Colour(std::mem::take(&mut error[channel])),
-            };
-            Plane { name: name.clone(), values }
-        };
-        self.channels.iter().map(&mut plane).collect()
     }
 
     fn add_named(&mut self, name: AovName, scene: &Scene) {
@@ -127,7 +153,7 @@ impl Beside {
             AovName::Error => return self.add_error(),
             AovName::Samples => {
                 self.aovs.sample_counts = true;
-                return self.channels.push(("samples".into(), Source::Samples));
+                return self.channels.named.push(("samples".into(), Source::Samples));
             }
         };
         let names: Vec<String> = ends.split(' ').map(|end| format!("{layer}{end}")).collect();
@@ -138,7 +164,7 @@ impl Beside {
         let first = self.components();
         let is_colour = matches!(aov.quantity, Quantity::Albedo | Quantity::DiffuseReflectance | Quantity::Radiance);
         let source = |index| Source::Mean { index, unit: aov.unit(scene), is_colour: is_colour && !aov.squared };
-        self.channels.extend(names.iter().zip(first..).map(|(name, index)| (name.clone(), source(index))));
+        self.channels.named.extend(names.iter().zip(first..).map(|(name, index)| (name.clone(), source(index))));
         self.aovs.means.push(aov);
     }
 
@@ -147,7 +173,7 @@ impl Beside {
         let means = [Quantity::LaterRadiance, Quantity::Later].map(|quantity| Aov { quantity, squared: false });
         self.aovs.means.extend(means);
         let channel = |(channel, end)| (format!("error.{end}"), Source::Error { later, channel });
-        self.channels.extend(["R", "G", "B"].into_iter().enumerate().map(channel));
+        self.channels.named.extend(["R", "G", "B"].into_iter().enumerate().map(channel));
     }
 
     /// How many means the film is to keep so far.
@@ -156,7 +182,7 @@ impl Beside {
     }
 
     fn add_number(&mut self, name: &str, number: Number) {
-        self.channels.push((name.into(), Source::Number(self.aovs.numbers.len())));
+        self.channels.named.push((name.into(), Source::Number(self.aovs.numbers.len())));
         self.aovs.numbers.push(number);
     }
 }

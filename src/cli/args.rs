@@ -1,5 +1,9 @@
 //! The arguments.
 
+mod keep;
+
+pub(super) use keep::{KeepArgs, MergeArgs, Shard};
+
 use crate::accel::{Accelerator, Quality};
 use crate::error::Error;
 use crate::film::SampleId;
@@ -29,6 +33,8 @@ pub(super) enum Command {
     Diff(DiffArgs),
     /// Measure error against time and samples, of one way to render or several, and write a page, a table and figures.
     Bench(BenchArgs),
+    /// Put the shards of a render together: the same picture, bit for bit, as one process would have made.
+    Merge(MergeArgs),
     /// Check this snell: whether its accelerators find what rays meet. Without an option that names a check, all there are.
     Check(CheckArgs),
     /// Print a completion script for a shell.
@@ -272,6 +278,8 @@ pub(super) struct RenderArgs {
     /// nothing is.
     #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
     pub(super) env_visible: bool,
+    #[command(flatten)]
+    pub(super) keep: KeepArgs,
     /// Write figures about the render as JSON.
     #[arg(long, value_name = "FILE")]
     pub(super) stats: Option<PathBuf>,

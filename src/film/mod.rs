@@ -32,6 +32,7 @@ use crate::spectrum::Rgb;
 use exact::{ExactRgb, Scale};
 use extras::ExtraFilm;
 use kernel::{Kernel, WEIGHT_BITS};
+use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
 
 /// Edge length of a tile in pixels: its sums (32 KiB) stay in a core's cache.
@@ -41,7 +42,7 @@ pub const TILE_SIZE: u32 = 16;
 const MAX_REMEMBERED: usize = 16;
 
 /// One sample of one pixel: what `--replay` takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct SampleId {
     /// Column in the whole film; negative, or beyond it, in the border that a film may have.
     pub x: i32,
@@ -52,7 +53,7 @@ pub struct SampleId {
 }
 
 /// Samples that were left out because their value was not finite or did not fit.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dropped {
     /// How many.
     pub count: u64,
@@ -65,7 +66,7 @@ pub struct Dropped {
 impl Dropped {
     /// How many were not finite.
     pub fn non_finite(&self) -> u64 {
-        self.count - self.oversized
+        self.count.saturating_sub(self.oversized)
     }
 
     fn push(&mut self, id: SampleId, value: Rgb) {
@@ -76,8 +77,8 @@ impl Dropped {
     }
 
     fn add(&mut self, other: &Self) {
-        self.count += other.count;
-        self.oversized += other.oversized;
+        self.count = self.count.saturating_add(other.count);
+        self.oversized = self.oversized.saturating_add(other.oversized);
         self.examples.extend_from_slice(&other.examples);
         self.trim();
     }

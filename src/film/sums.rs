@@ -1,7 +1,7 @@
 //! A film's sums as planes of 32-bit whole numbers, for files: what a checkpoint or a shard keeps, bit for bit.
 //!
-//! Each 128-bit sum is four planes, the lowest bits first, in two's complement: `sum.R.0` … `sum.B.3` for radiance,
-//! `weight.0` … for weights, `mean.0.0` … for each mean beside radiance, and `number.0` … for whole numbers.
+//! Each 128-bit sum is four planes, the lowest bits first, in two's complement: `snell.sum.R.0` … `snell.sum.B.3` for radiance,
+//! `snell.weight.0` … for weights, `snell.mean.0.0` … for each mean beside radiance, and `snell.number.0` … for whole numbers.
 
 use super::extras::ExtraSums;
 use super::{Film, Pixel, lock};
@@ -14,7 +14,7 @@ const LIMBS: usize = 4;
 const LIMB_BITS: usize = 32;
 
 /// What the four 128-bit sums of a pixel are called.
-const SUMS: [&str; LIMBS] = ["sum.R", "sum.G", "sum.B", "weight"];
+const SUMS: [&str; LIMBS] = ["snell.sum.R", "snell.sum.G", "snell.sum.B", "snell.weight"];
 
 /// Part `limb` of a sum.
 fn limb(sum: i128, limb: usize) -> u32 {
@@ -90,9 +90,9 @@ impl Film {
     /// What the planes are called.
     fn plane_names(&self) -> Vec<String> {
         let (means, numbers) = self.extras.as_ref().map_or((0, 0), |e| (e.extras.means.len(), 1 + e.extras.numbers));
-        let sums = SUMS.iter().map(ToString::to_string).chain((0..means).map(|m| format!("mean.{m}")));
+        let sums = SUMS.iter().map(ToString::to_string).chain((0..means).map(|m| format!("snell.mean.{m}")));
         let sums = sums.flat_map(|name| (0..LIMBS).map(move |l| format!("{name}.{l}")));
-        sums.chain((0..numbers).map(|n| format!("number.{n}"))).collect()
+        sums.chain((0..numbers).map(|n| format!("snell.number.{n}"))).collect()
     }
 
     /// Adds what planes hold to the sums; `plane` gives the values of the plane of a name, row by row.

@@ -2,9 +2,10 @@
 
 use super::Picture;
 use crate::spectrum::{Rgb, rgb_to_xyz};
+use serde::{Deserialize, Serialize};
 
 /// What the channels of a file's pixels are, as Mitsuba names them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PixelFormat {
     /// Y: relative luminance.
     Luminance,

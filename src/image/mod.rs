@@ -23,9 +23,10 @@ pub use raster::Raster;
 pub use reserved::Reserved;
 
 use crate::spectrum::Rgb;
+use serde::{Deserialize, Serialize};
 
 /// A rectangle of pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crop {
     /// First column.
     pub x: u32,
@@ -98,7 +99,7 @@ impl Area {
 }
 
 /// Type of a stored pixel value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ComponentFormat {
     /// 16-bit floating point.
     Half,

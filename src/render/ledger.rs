@@ -1,11 +1,12 @@
 //! Which units of work are done, which are being done, and what is left: hands them out in order, each once.
 
 use super::Done;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// How far the work is: all units before `next` are done but those that are missing.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Standing {
     /// The first unit that was never begun.
     pub next: u64,

@@ -1,0 +1,202 @@
+//! What a checkpoint or a shard says of itself: of which render it is, how far that is, and what is to be made of it.
+
+use super::finish::{Finish, Outcome};
+use crate::error::{Error, Result};
+use crate::film::exact::Scale;
+use crate::film::{Dropped, Extras, Film};
+use crate::image::{Area, Filter, Plane, sums_file};
+use crate::integrator::RayCounts;
+use crate::render::{Done, Standing, State};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+use std::time::Duration;
+
+/// Changes whenever a file means something else than before.
+const FORMAT: u32 = 1;
+
+/// Largest magnitude of a film's exponents: those of f32, squared, and some bits.
+const MAX_EXPONENT: i32 = 600;
+
+/// Most differences that a message names.
+const SHOWN: usize = 5;
+
+/// All that decides a render's bits.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Identity {
+    /// Everything that can be set, by name.
+    pub(super) settings: BTreeMap<String, String>,
+    /// A hash of each file that was read, by its path, relative to the scene where it lies beside it or below.
+    pub(super) files: BTreeMap<String, String>,
+}
+
+impl Identity {
+    /// What is different in another.
+    fn differences(&self, other: &Self) -> Vec<String> {
+        let none = &"none".to_owned();
+        let settings = self.settings.keys().chain(other.settings.keys().filter(|k| !self.settings.contains_key(*k)));
+        let settings = settings.filter_map(|key| {
+            let [a, b] = [self, other].map(|i| i.settings.get(key).unwrap_or(none));
+            (a != b).then(|| format!("{key}: {a}, not {b}"))
+        });
+        let files = self.files.iter().filter_map(|(name, hash)| match other.files.get(name) {
+            None => Some(format!("{name} is not read")),
+            Some(its) if its != hash => Some(format!("{name} has changed")),
+            Some(_) => None,
+        });
+        let new = other.files.keys().filter(|name| !self.files.contains_key(*name));
+        settings.chain(files).chain(new.map(|name| format!("{name} is read, too"))).collect()
+    }
+
+    /// An error that names what is different in `other`, if anything is.
+    pub(super) fn expect(&self, other: &Self, path: &Path, what: &str) -> Result<()> {
+        let differences = self.differences(other);
+        if differences.is_empty() {
+            return Ok(());
+        }
+        let more = differences.len().saturating_sub(SHOWN);
+        let shown = differences.into_iter().take(SHOWN).collect::<Vec<_>>().join("; ");
+        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+        Err(Error::file(path, format!("{what}: {shown}{more}")))
+    }
+}
+
+/// The record.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Record {
+    format: u32,
+    pub(super) identity: Identity,
+    /// Which of each pixel's samples these are.
+    pub(super) samples: Range<u32>,
+    /// How many there are in all.
+    pub(super) all_samples: u32,
+    pub(super) complete: bool,
+    standing: Standing,
+    /// Samples taken over all pixels.
+    pub(super) taken: u64,
+    /// Rays from the camera, from surfaces, and to lights.
+    rays: [u64; 3],
+    ray_nanoseconds: u64,
+    nanoseconds: u64,
+    dropped: Dropped,
+    exponent: i32,
+    mean_exponents: Vec<i32>,
+    numbers: usize,
+    pub(super) finish: Finish,
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// What stays the same while a render goes on.
+pub(super) struct Kept {
+    pub(super) identity: Identity,
+    pub(super) samples: Range<u32>,
+    pub(super) all_samples: u32,
+    pub(super) finish: Finish,
+}
+
+impl Kept {
+    /// The record of how far it is.
+    fn record(&self, state: &State, complete: bool) -> Record {
+        let (scale, extras) = state.film.kept();
+        Record {
+            format: FORMAT,
+            identity: self.identity.clone(),
+            samples: self.samples.clone(),
+            all_samples: self.all_samples,
+            complete,
+            standing: state.standing.clone(),
+            taken: state.done.samples,
+            rays: [state.done.rays.camera, state.done.rays.bounce, state.done.rays.shadow],
+            ray_nanoseconds: nanoseconds(state.done.rays.time),
+            nanoseconds: nanoseconds(state.time),
+            dropped: state.film.dropped(),
+            exponent: scale.exponent(),
+            mean_exponents: extras.map_or_else(Vec::new, |e| e.means.iter().map(|s| s.exponent()).collect()),
+            numbers: extras.map_or(0, |e| 1 + e.numbers),
+            finish: self.finish.clone(),
+        }
+    }
+
+    /// What a file of sums holds of it.
+    pub(super) fn sealed(&self, state: &State, complete: bool) -> (String, Vec<Plane>) {
+        // Maps of texts and numbers: nothing that JSON has not.
+        let record = serde_json::to_string(&self.record(state, complete)).unwrap_or_default();
+        (record, state.film.to_planes())
+    }
+}
+
+impl Record {
+    /// Reads a file's record and sums.
+    ///
+    /// Fails where the file cannot be read, has none, or they do not fit together.
+    pub(super) fn read(path: &Path) -> Result<(Self, State)> {
+        let sums = sums_file::read(path)?;
+        Self::from_sums(&sums).map_err(|e| Error::file(path, format!("cannot read the sums of a render: {e}")))
+    }
+
+    /// The record and the sums of a file.
+    fn from_sums(sums: &sums_file::Sums) -> std::result::Result<(Self, State), String> {
+        let format = serde_json::from_str::<Format>(&sums.record).map_err(|e| e.to_string())?.format;
+        if format != FORMAT {
+            return Err(format!("they are of version {format}, not {FORMAT}, of this kind of file"));
+        }
+        let record: Self = serde_json::from_str(&sums.record).map_err(|e| e.to_string())?;
+        let film = record.film(sums.size).ok_or("the record contradicts itself or the file")?;
+        film.add_planes(|name| sums.plane(name)).map_err(|name| format!("the channel {name} is missing"))?;
+        film.add_dropped(&record.dropped);
+        let [camera, bounce, shadow] = record.rays;
+        let rays = RayCounts { camera, bounce, shadow, time: Duration::from_nanos(record.ray_nanoseconds) };
+        let (standing, done) = (record.standing.clone(), Done { samples: record.taken, rays });
+        let time = Duration::from_nanos(record.nanoseconds);
+        Ok((record, State { film, standing, done, time }))
+    }
+
+    /// An empty film like that of the sums; `None` where the record cannot be right.
+    fn film(&self, size: (u32, u32)) -> Option<Film> {
+        let Finish { crop, full_size, channels, .. } = &self.finish;
+        let fits = |start: u32, length: u32, whole: u32| start.checked_add(length).is_some_and(|end| end <= whole);
+        let possible = |e: &i32| e.abs() <= MAX_EXPONENT;
+        let is_possible = (crop.width, crop.height) == size
+            && fits(crop.x, crop.width, full_size.0)
+            && fits(crop.y, crop.height, full_size.1)
+            && full_size.0.max(full_size.1) <= i32::MAX.cast_unsigned()
+            && possible(&self.exponent)
+            && self.mean_exponents.iter().all(possible)
+            && self.samples.start < self.samples.end
+            && self.samples.end <= self.all_samples
+            && channels.fit(self.mean_exponents.len(), self.numbers);
+        if !is_possible {
+            return None;
+        }
+        // Which filter the samples were weighted by does not matter to sums that are there.
+        let film = Film::new(*crop, Filter::Box, false, Scale::for_exponent(self.exponent));
+        let means = self.mean_exponents.iter().map(|&e| Scale::for_exponent(e)).collect();
+        let extras = |numbers| Extras { means, numbers };
+        Some(match self.numbers.checked_sub(1) {
+            None => film,
+            Some(numbers) => film.with_extras(extras(numbers)),
+        })
+    }
+
+    /// What it came to.
+    pub(super) fn outcome(&self) -> Outcome {
+        let pixels = Area::from(self.finish.crop).pixels() as f64;
+        Outcome {
+            samples: self.taken as f64 / pixels,
+            seconds: Duration::from_nanos(self.nanoseconds).as_secs_f64(),
+            non_finite: self.dropped.non_finite(),
+            oversized: self.dropped.oversized,
+            complete: self.complete,
+        }
+    }
+}
+
+/// What every version of the record has.
+#[derive(Deserialize)]
+struct Format {
+    format: u32,
+}
