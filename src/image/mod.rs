@@ -11,6 +11,7 @@ mod output;
 mod png_file;
 mod raster;
 
+pub use decode::MAX_PICTURE_BYTES;
 pub use exr_file::Metadata;
 pub use filter::Filter;
 pub use input::{PictureFile, decode as decode_picture, read as read_picture};
