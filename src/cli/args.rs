@@ -206,6 +206,9 @@ pub(super) struct SceneArgs {
     /// Make unknown parameters and attributes warnings, not errors.
     #[arg(long)]
     pub(super) lenient: bool,
+    /// Read nothing that is not inside of this folder, whatever the scene names; for scenes of strangers.
+    #[arg(long, value_name = "DIR")]
+    pub(super) confine: Option<PathBuf>,
     /// Which of the scene's cameras, counted from 0.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(super) camera: usize,

@@ -4,6 +4,7 @@ use super::args::SceneArgs;
 use crate::accel::Choice;
 use crate::description::{Film, SceneDescription};
 use crate::error::{Error, Result};
+use crate::files::Files;
 use crate::image::{Area, Crop};
 use crate::loader::{self, LoadOptions, Sky};
 use crate::scene::Scene;
@@ -41,7 +42,13 @@ pub(super) fn pool(threads: u32) -> Result<ThreadPool> {
 pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &ThreadPool) -> Result<Prepared> {
     let start = Instant::now();
     let sky = args.env.clone().map(|file| Sky { file, degrees: f64::from(args.env_rotate.unwrap_or(0.0)) });
-    let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs, sky };
+    let files = match &args.confine {
+        None => Files::default(),
+        Some(folder) => {
+            Files::inside(folder).map_err(|m| Error::Usage(format!("--confine: '{}': {m}", folder.display())))?
+        }
+    };
+    let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs, sky, files };
     let mut description = pool.install(|| loader::load(&args.scene, &options))?;
     adjust_film(&mut description, args)?;
     let threads = pool.current_num_threads();

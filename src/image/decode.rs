@@ -2,6 +2,7 @@
 
 use super::raster::{Raster, Samples};
 use crate::error::{Error, Result};
+use crate::files::Files;
 use exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers};
 use half::f16;
 use image::codecs::hdr::HdrDecoder;
@@ -13,7 +14,7 @@ use std::path::Path;
 const MAX_PIXELS: u64 = 1 << 28;
 
 /// Largest file in bytes: more than [`MAX_PIXELS`] of four float channels; protects against reading a device.
-const MAX_BYTES: u64 = 8 << 30;
+pub const MAX_PICTURE_BYTES: u64 = 8 << 30;
 
 /// What is read besides floating point.
 const OTHERS: [ImageFormat; 4] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp, ImageFormat::Tga];
@@ -28,14 +29,10 @@ pub(super) struct Decoded {
 /// The picture in a file.
 ///
 /// Fails where the file cannot be read or [`decode`] fails.
-pub(super) fn read(path: &Path, raw: bool) -> Result<Decoded> {
+pub(super) fn read(path: &Path) -> Result<Decoded> {
     let fail = |m: String| Error::file(path, format!("cannot read the picture: {m}"));
-    let about = std::fs::metadata(path).map_err(|e| fail(e.to_string()))?;
-    if !about.is_file() || about.len() > MAX_BYTES {
-        return Err(fail("this is not a regular file of at most 8 GiB".into()));
-    }
-    let bytes = std::fs::read(path).map_err(|e| fail(e.to_string()))?;
-    decode(&bytes, ImageFormat::from_path(path).ok(), raw).map_err(fail)
+    let bytes = Files::default().read(path, MAX_PICTURE_BYTES).map_err(fail)?;
+    decode(&bytes, ImageFormat::from_path(path).ok(), false).map_err(fail)
 }
 
 /// The picture that the bytes of a file are. EXR: the first layer with channels R, G and B, or Y, of half, float or integer

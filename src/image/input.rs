@@ -19,7 +19,7 @@ pub struct PictureFile {
 ///
 /// Fails where the file cannot be read, is none of these, or has no known channels.
 pub fn read(path: &Path) -> Result<PictureFile> {
-    decode::read(path, false).map(PictureFile::from)
+    decode::read(path).map(PictureFile::from)
 }
 
 /// The same for the bytes of a file; `named` is the format that its name says, which counts only for files that do not say

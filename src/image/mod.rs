@@ -13,6 +13,7 @@ mod raster;
 mod reserved;
 pub mod sums_file;
 
+pub use decode::MAX_PICTURE_BYTES;
 pub use exr_file::Metadata;
 pub use filter::Filter;
 pub use input::{PictureFile, decode as decode_picture, read as read_picture};

@@ -2,13 +2,11 @@
 
 use super::blocks::Blocks;
 use super::{Picture, decode};
-use crate::error::Result;
 use crate::spectrum::{Rgb, srgb_to_linear};
 use glam::Vec3;
 use half::f16;
 use image::ImageFormat;
 use std::fmt;
-use std::path::Path;
 use std::sync::OnceLock;
 
 /// A picture of one to four channels (grey, grey and alpha, red green blue, and alpha), row by row from the top.
@@ -85,16 +83,11 @@ impl Raster {
         Self::new((1, 1), 1, Samples::U8(vec![0]), true)
     }
 
-    /// Reads PNG, JPEG, TGA, BMP, Radiance HDR or OpenEXR. Integer colours are decoded by the transfer function of sRGB
-    /// unless the file's numbers are wanted `raw`; alpha and floating-point samples are linear as they are.
+    /// Decodes the bytes of a file: PNG, JPEG, TGA, BMP, Radiance HDR or OpenEXR. Integer colours are decoded by the transfer
+    /// function of sRGB unless the file's numbers are wanted `raw`; alpha and floating-point samples are linear as they are.
+    /// `named` is the format that the file's name says, which counts only for files that do not say theirs (TGA).
     ///
-    /// Fails where the file cannot be read, is none of these, or has no known channels.
-    pub fn read(path: &Path, raw: bool) -> Result<Self> {
-        Ok(decode::read(path, raw)?.raster)
-    }
-
-    /// Decodes the bytes of a file; `named` is the format that its name says, which counts only for files that do not
-    /// say theirs (TGA).
+    /// Fails, with the reason, where they are none of these or have no known channels.
     pub fn decode(bytes: &[u8], named: Option<ImageFormat>, raw: bool) -> std::result::Result<Self, String> {
         Ok(decode::decode(bytes, named, raw)?.raster)
     }

@@ -13,6 +13,7 @@ use crate::description::{
     Bsdf, BsdfId, BsdfKind, Emission, Geometry, Integrator, Inventory, Light, LightKind, Mesh, SceneDescription, Shape,
 };
 use crate::error::{Error, Result, Span};
+use crate::files::Files;
 use crate::spectrum::Rgb;
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::HashMap;
@@ -59,8 +60,10 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
         inventory: Inventory::default(),
         warnings: Vec::new(),
     };
+    let files = &options.files;
     let is_ply = extension(path).is_some_and(|e| e == "ply");
-    let (mut mesh, materials) = if is_ply { (ply::read(path, ply::Wanted::default())?, None) } else { read_obj(path)? };
+    let (mut mesh, materials) =
+        if is_ply { (ply::read(files, path, ply::Wanted::default())?, None) } else { read_obj(files, path)? };
     if mesh.normals.len() != mesh.positions.len() {
         creases::split(&mut mesh.positions, &mut mesh.faces);
         mesh.normals = normals::compute(&mesh.positions, &mesh.faces, DMat3::IDENTITY);
@@ -68,7 +71,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
     let used = mesh.faces.iter().flatten().map(|&i| mesh.positions[i as usize]);
     let view = View::of(used).ok_or_else(|| Error::scene(&at, "the mesh has no size: all its points are the same"))?;
     match materials {
-        Some(materials) => add_pieces(&mut scene, &at, &mesh, &materials),
+        Some(materials) => add_pieces(&mut scene, files, &at, &mesh, &materials),
         None => {
             let bsdf = add_two_sided(&mut scene, &at, "", BsdfKind::Diffuse { reflectance: Rgb::splat(GREY) });
             scene.shapes.push(shape(&at, "mesh", Geometry::Mesh(Arc::new(mesh)), bsdf, None));
@@ -82,18 +85,24 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
 }
 
 /// An OBJ, if it names materials with what it says of them.
-fn read_obj(path: &Path) -> Result<(Mesh, Option<(obj::Materials, std::path::PathBuf)>)> {
-    let (mesh, materials) = obj::read_with_materials(path, false)?;
+fn read_obj(files: &Files, path: &Path) -> Result<(Mesh, Option<(obj::Materials, std::path::PathBuf)>)> {
+    let (mesh, materials) = obj::read_with_materials(files, path, false)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let names_some = !materials.libraries.is_empty() || !materials.uses.is_empty();
     Ok((mesh, names_some.then_some((materials, folder))))
 }
 
 /// The materials of the libraries, by name. A library that is not there is a warning: the mesh can be shown without it.
-fn libraries(scene: &mut SceneDescription, at: &Span, names: &[String], folder: &Path) -> HashMap<String, Material> {
+fn libraries(
+    scene: &mut SceneDescription,
+    files: &Files,
+    at: &Span,
+    names: &[String],
+    folder: &Path,
+) -> HashMap<String, Material> {
     let mut found = HashMap::new();
     for name in names {
-        match mtl::read(&folder.join(name)) {
+        match mtl::read(files, &folder.join(name)) {
             Ok(materials) => found.extend(materials.into_iter().map(|m| (m.name.clone(), m))),
             Err(e) => scene.warnings.push(format!("{at}: a material library is left out: {e}")),
         }
@@ -107,11 +116,12 @@ fn libraries(scene: &mut SceneDescription, at: &Span, names: &[String], folder: 
 /// One shape for each material that the mesh uses.
 fn add_pieces(
     scene: &mut SceneDescription,
+    files: &Files,
     at: &Span,
     mesh: &Mesh,
     (materials, folder): &(obj::Materials, std::path::PathBuf),
 ) {
-    let known = libraries(scene, at, &materials.libraries, folder);
+    let known = libraries(scene, files, at, &materials.libraries, folder);
     // Faces of each material, in the order of first use; those before the first have the empty name.
     let mut pieces: Vec<(&str, Vec<[u32; 3]>)> = Vec::new();
     let starts = std::iter::once((0, "")).chain(materials.uses.iter().map(|(first, name)| (*first, name.as_str())));

@@ -35,7 +35,7 @@ pub(crate) fn build(document: &Document, options: &LoadOptions) -> Result<SceneD
         meshes: HashMap::new(),
         textures: Vec::new(),
         texture_ids: HashMap::new(),
-        pictures: Pictures::default(),
+        pictures: Pictures::new(options.files.clone()),
         bitmaps: Vec::new(),
         groups: Vec::new(),
         group_ids: HashMap::new(),

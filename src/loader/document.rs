@@ -2,6 +2,7 @@
 
 use super::source::{Loc, Sources};
 use crate::error::Result;
+use crate::files::Files;
 use glam::{DAffine3, DVec3};
 use std::cell::Cell;
 use std::path::PathBuf;
@@ -137,6 +138,7 @@ impl Value {
 /// A parsed scene with everything it includes.
 #[derive(Debug)]
 pub(crate) struct Document {
+    pub(crate) files: Files,
     pub(crate) sources: Sources,
     /// The scene is the first.
     pub(crate) objects: Vec<Object>,
@@ -148,7 +150,7 @@ pub(crate) struct Document {
 impl Document {
     /// The file that `name`, written at `at`, means; where it was looked for if there is none.
     pub(crate) fn find_file(&self, name: &str, at: Loc) -> std::result::Result<PathBuf, String> {
-        find_file(&self.search, self.sources.path(at.file()), name)
+        find_file(&self.files, &self.search, self.sources.path(at.file()), name)
     }
 
     /// An error if an object contains itself, which only references can do.
@@ -192,6 +194,7 @@ enum Visit {
 
 /// Looks for a file in the `search` folders, beside the file that names it, and in the working directory.
 pub(crate) fn find_file(
+    files: &Files,
     search: &[PathBuf],
     naming: &std::path::Path,
     name: &str,
@@ -203,12 +206,12 @@ pub(crate) fn find_file(
             folders.push(folder);
         }
     }
-    let found = folders.iter().map(|folder| folder.join(name)).find(|path| path.exists());
+    let found = folders.iter().map(|folder| folder.join(name)).find(|path| files.has(path));
     found.ok_or_else(|| {
         let names: Vec<String> = folders
             .iter()
             .map(|f| format!("'{}'", if f.as_os_str().is_empty() { ".".into() } else { f.display().to_string() }))
             .collect();
-        format!("there is no file '{name}' (looked in {})", names.join(", "))
+        format!("there is no file '{name}'{} (looked in {})", files.confinement(), names.join(", "))
     })
 }

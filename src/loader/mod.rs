@@ -41,6 +41,7 @@ pub use sky::Sky;
 
 use crate::description::SceneDescription;
 use crate::error::Result;
+use crate::files::Files;
 use std::path::Path;
 
 /// How to read a scene file.
@@ -54,6 +55,8 @@ pub struct LoadOptions {
     pub uvs: bool,
     /// An environment in place of the scene's own; a mesh that is the whole scene then has no lamp and no floor.
     pub sky: Option<Sky>,
+    /// Where files may be; it notes those that are read.
+    pub files: Files,
 }
 
 /// Reads a Mitsuba 3 XML scene and the meshes it uses, or glTF 2.0 (by its name, .gltf or .glb), or a mesh (.obj or .ply),
@@ -67,7 +70,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDescription> {
         build::build(&xml::read(path, options)?, options)?
     };
     if let Some(sky) = &options.sky {
-        sky.replace_in(&mut scene)?;
+        sky.replace_in(&mut scene, &options.files)?;
     }
     Ok(scene)
 }

@@ -1,8 +1,9 @@
 //! Wavefront MTL materials, parsed by `tobj`, as bsdfs. Read only where a mesh is shown by itself: Mitsuba ignores them.
 
-use super::source::{MAX_TEXT_BYTES, read_bytes};
+use super::source::MAX_TEXT_BYTES;
 use crate::description::{BsdfKind, MicrofacetDistribution, Microfacets};
 use crate::error::{Error, Result};
+use crate::files::Files;
 use crate::spectrum::Rgb;
 use std::path::Path;
 
@@ -28,8 +29,8 @@ const GLASS_IOR: f64 = 1.5;
 const MIN_ALPHA: f64 = 1e-3;
 
 /// Reads the materials of a library.
-pub(crate) fn read(path: &Path) -> Result<Vec<Material>> {
-    let bytes = read_bytes(path, MAX_TEXT_BYTES).map_err(|e| Error::file(path, e))?;
+pub(crate) fn read(files: &Files, path: &Path) -> Result<Vec<Material>> {
+    let bytes = files.read(path, MAX_TEXT_BYTES).map_err(|e| Error::file(path, e))?;
     let text = String::from_utf8_lossy(&bytes);
     let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes())
         .map_err(|e| Error::file(path, format!("cannot read materials: {e}")))?;
@@ -92,7 +93,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("m.mtl");
         std::fs::write(&path, format!("newmtl m\n{text}")).unwrap();
-        read(&path).unwrap().remove(0)
+        read(&Files::default(), &path).unwrap().remove(0)
     }
 
     #[test]

@@ -5,16 +5,17 @@
 //! position, texture coordinate and normal, as in Mitsuba; and where it fails, the file is read once more to find the
 //! line.
 
-use super::source::{MAX_DATA_BYTES, read_bytes};
+use super::source::MAX_DATA_BYTES;
 use crate::description::Mesh;
 use crate::error::{Error, Position, Result, Span};
+use crate::files::Files;
 use glam::{DVec2, DVec3};
 use std::path::Path;
 
 /// Reads a mesh; its normals are as many as its positions, none, or, where only some vertices have one, fewer. So are its
 /// texture coordinates if `uvs` asks for them; without, they are not even parsed.
-pub(crate) fn read(path: &Path, uvs: bool) -> Result<Mesh> {
-    read_with_materials(path, uvs).map(|(mesh, _)| mesh)
+pub(crate) fn read(files: &Files, path: &Path, uvs: bool) -> Result<Mesh> {
+    read_with_materials(files, path, uvs).map(|(mesh, _)| mesh)
 }
 
 /// What a file says of the materials of its mesh.
@@ -27,8 +28,8 @@ pub(crate) struct Materials {
 }
 
 /// Reads a mesh and what it says of materials.
-pub(crate) fn read_with_materials(path: &Path, uvs: bool) -> Result<(Mesh, Materials)> {
-    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
+pub(crate) fn read_with_materials(files: &Files, path: &Path, uvs: bool) -> Result<(Mesh, Materials)> {
+    let bytes = files.read(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
     parse(&bytes, uvs).map_err(|(line, message)| {
         let position = line.map_or(Position::Whole, |line| Position::Line(u32::try_from(line).unwrap_or(u32::MAX)));
         Error::scene(&Span { file: path.into(), position }, message)

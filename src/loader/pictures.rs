@@ -5,7 +5,8 @@
 //! what [`Pictures::decode`] returns. Nothing of a picture that nobody asks for is read.
 
 use crate::error::{Error, Result, Span};
-use crate::image::Raster;
+use crate::files::Files;
+use crate::image::{MAX_PICTURE_BYTES, Raster};
 use image::ImageFormat;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -24,6 +25,7 @@ pub(crate) struct PictureSource(usize);
 /// The pictures that a scene asks for. `'a` is the life of bytes that are in memory already.
 #[derive(Debug, Default)]
 pub(crate) struct Pictures<'a> {
+    files: Files,
     sources: Vec<Source<'a>>,
     of_files: HashMap<PathBuf, PictureSource>,
     /// What was asked for, and whether its numbers are taken as they are.
@@ -48,9 +50,14 @@ enum Content<'a> {
 }
 
 impl<'a> Pictures<'a> {
+    /// None yet; those of files may be read where `files` says.
+    pub(crate) fn new(files: Files) -> Self {
+        Self { files, ..Self::default() }
+    }
+
     /// The picture in a file, wherever it was named before; `at` is where the scene names it.
     pub(crate) fn file(&mut self, path: &Path, at: Span) -> PictureSource {
-        let path = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let path = self.files.identity(path);
         if let Some(&source) = self.of_files.get(&path) {
             return source;
         }
@@ -84,7 +91,7 @@ impl<'a> Pictures<'a> {
     ///
     /// Fails where one cannot be read; of several the one that was asked for first.
     pub(crate) fn decode(self) -> Result<Vec<Arc<Raster>>> {
-        let Self { sources, asked, .. } = self;
+        let Self { files, sources, asked, .. } = self;
         let mut wanted: Vec<Vec<bool>> = vec![Vec::new(); sources.len()];
         for &(source, raw) in &asked {
             wanted[source.0].push(raw);
@@ -93,7 +100,7 @@ impl<'a> Pictures<'a> {
             .into_par_iter()
             .zip(wanted)
             .with_max_len(1)
-            .map(|(source, wanted)| source.decode(&wanted))
+            .map(|(source, wanted)| source.decode(&files, &wanted))
             .collect();
         let mut decoded = decoded.into_iter().map(|found| found.map(Vec::into_iter)).collect::<Result<Vec<_>>>()?;
         Ok(asked.iter().filter_map(|&(source, _)| decoded[source.0].next()).collect())
@@ -102,21 +109,21 @@ impl<'a> Pictures<'a> {
 
 impl Source<'_> {
     /// The pictures, one for each of `raw`.
-    fn decode(self, raw: &[bool]) -> Result<Vec<Arc<Raster>>> {
+    fn decode(self, files: &Files, raw: &[bool]) -> Result<Vec<Arc<Raster>>> {
         let Some((&first, others)) = raw.split_first() else { return Ok(Vec::new()) };
+        let named = ImageFormat::from_path(&self.name).ok();
+        let decode = |bytes: &[u8]| Raster::decode(bytes, named, first);
         let decoded = match &self.content {
-            Content::File(path) => Raster::read(path, first).map_err(|e| match e {
-                Error::File { message, .. } => message,
-                other => other.to_string(),
-            }),
-            Content::Bytes(bytes) => {
-                let named = ImageFormat::from_path(&self.name).ok();
-                Raster::decode(bytes, named, first).map_err(|m| format!("cannot read the picture: {m}"))
-            }
+            Content::File(path) => files.read(path, MAX_PICTURE_BYTES).and_then(|bytes| decode(&bytes)),
+            Content::Bytes(bytes) => decode(bytes),
         };
-        let decoded = decoded.map_err(|m| match &self.content {
-            Content::File(path) => Error::scene(&self.at, format!("'{}': {m}", path.display())),
-            Content::Bytes(_) => Error::scene(&self.at, format!("{}: {m}", self.name)),
+        let decoded = decoded.map_err(|m| {
+            let name = if let Content::File(path) = &self.content {
+                format!("'{}'", path.display())
+            } else {
+                self.name.clone()
+            };
+            Error::scene(&self.at, format!("{name}: cannot read the picture: {m}"))
         })?;
         let first = Arc::new(decoded.called(self.name));
         let others: Vec<_> = others.iter().map(|&raw| Arc::new(first.decoded_as(raw))).collect();

@@ -9,9 +9,10 @@ mod attributes;
 mod body;
 mod header;
 
-use super::source::{MAX_DATA_BYTES, read_bytes};
+use super::source::MAX_DATA_BYTES;
 use crate::description::Mesh;
 use crate::error::{Error, Position, Result, Span};
+use crate::files::Files;
 use std::path::Path;
 
 /// Where in the file, and what is wrong there.
@@ -28,8 +29,8 @@ pub(crate) struct Wanted {
 }
 
 /// Reads a mesh; its normals are as many as its positions, or none. So are its texture coordinates if they are wanted.
-pub(crate) fn read(path: &Path, wanted: Wanted) -> Result<Mesh> {
-    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
+pub(crate) fn read(files: &Files, path: &Path, wanted: Wanted) -> Result<Mesh> {
+    let bytes = files.read(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
     parse(&bytes, wanted).map_err(|(position, message)| Error::scene(&Span { file: path.into(), position }, message))
 }
 

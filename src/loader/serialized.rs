@@ -9,9 +9,10 @@
 //!
 //! Source of the format: documentation of the plugin `serialized` of Mitsuba 3, and that of Mitsuba 0.6 for version 3.
 
-use super::source::{MAX_DATA_BYTES, read_bytes};
+use super::source::MAX_DATA_BYTES;
 use crate::description::Mesh;
 use crate::error::{Error, Position, Result, Span};
+use crate::files::Files;
 use flate2::bufread::ZlibDecoder;
 use glam::{DVec2, DVec3};
 use std::io::Read;
@@ -47,8 +48,8 @@ mod flags {
 
 /// Reads mesh `index`, counted from 0; its normals are as many as its positions, or none. So are its texture coordinates
 /// if `uvs` asks for them.
-pub(crate) fn read(path: &Path, index: u32, uvs: bool) -> Result<Mesh> {
-    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
+pub(crate) fn read(files: &Files, path: &Path, index: u32, uvs: bool) -> Result<Mesh> {
+    let bytes = files.read(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
     parse(&bytes, index, uvs)
         .map_err(|(position, message)| Error::scene(&Span { file: path.into(), position }, message))
 }

@@ -1,8 +1,9 @@
 //! Maps of radiance around a scene: those of a scene file, and the one that the user gives in place of it.
 
-use super::source::{MAX_DATA_BYTES, read_bytes};
+use super::source::MAX_DATA_BYTES;
 use crate::description::{Light, LightKind, SceneDescription};
 use crate::error::{Error, Result, Span};
+use crate::files::Files;
 use crate::image::{Picture, decode_picture};
 use glam::DMat3;
 use image::ImageFormat;
@@ -22,8 +23,9 @@ pub struct Sky {
 }
 
 /// Reads a map of radiance, which must be finite; also says how many pixels had negative values, which are taken for 0.
-pub(crate) fn read_map(path: &Path) -> std::result::Result<(Picture, usize), String> {
-    let mut map = read_bytes(path, MAX_DATA_BYTES)
+pub(crate) fn read_map(files: &Files, path: &Path) -> std::result::Result<(Picture, usize), String> {
+    let mut map = files
+        .read(path, MAX_DATA_BYTES)
         .and_then(|bytes| decode_picture(&bytes, ImageFormat::from_path(path).ok()))
         .map_err(|m| format!("cannot read '{}': {m}", path.display()))?
         .picture;
@@ -40,8 +42,8 @@ pub(crate) fn read_map(path: &Path) -> std::result::Result<(Picture, usize), Str
 
 impl Sky {
     /// Puts it in place of all light that comes from everywhere.
-    pub(crate) fn replace_in(&self, scene: &mut SceneDescription) -> Result<()> {
-        let (map, negative) = read_map(&self.file).map_err(|m| Error::Usage(format!("--env: {m}")))?;
+    pub(crate) fn replace_in(&self, scene: &mut SceneDescription, files: &Files) -> Result<()> {
+        let (map, negative) = read_map(files, &self.file).map_err(|m| Error::Usage(format!("--env: {m}")))?;
         if negative > 0 {
             let file = self.file.display();
             scene.warnings.push(format!("{file}: {negative} pixels have negative values, which are taken for 0"));

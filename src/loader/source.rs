@@ -4,8 +4,6 @@
 //! an error or the description needs them.
 
 use crate::error::{Error, Span};
-use std::fs::{File, Metadata};
-use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -87,25 +85,4 @@ impl Sources {
     pub(crate) fn unsupported(&self, at: Loc, what: impl Into<String>, hint: impl Into<String>) -> Error {
         Error::Unsupported { at: self.span(at), what: what.into(), hint: hint.into() }
     }
-}
-
-/// The bytes of a regular file of at most `limit` bytes, or the reason why not.
-pub(crate) fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
-    let check = |about: std::io::Result<Metadata>| match about {
-        Ok(about) if about.is_file() => Ok(about),
-        Ok(_) => Err("is not a regular file".to_owned()),
-        Err(e) => Err(e.to_string()),
-    };
-    // Before it is opened, for opening a pipe waits for its other end; and after, for it may be another by then.
-    check(std::fs::metadata(path))?;
-    let file = File::open(path).map_err(|e| e.to_string())?;
-    let about = check(file.metadata())?;
-    if about.len() > limit {
-        return Err(format!("is larger than {limit} bytes"));
-    }
-    let mut bytes = Vec::new();
-    bytes.try_reserve_exact(about.len() as usize).map_err(|e| e.to_string())?;
-    // The file may grow while it is read; the limit holds all the same.
-    file.take(limit).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
-    Ok(bytes)
 }

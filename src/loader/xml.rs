@@ -11,6 +11,7 @@ use super::source::{Loc, Sources};
 use super::substitute::Parameters;
 use super::suggest::suggestion;
 use crate::error::{Error, Result};
+use crate::files::Files;
 use roxmltree::Node;
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -22,6 +23,7 @@ pub(crate) const MAX_NESTING: usize = 64;
 /// Reads a scene file and what it includes.
 pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Document> {
     let mut reader = Reader {
+        files: options.files.clone(),
         sources: Sources::default(),
         objects: Vec::new(),
         ids: HashMap::new(),
@@ -37,13 +39,14 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Document> {
         return Err(Error::Usage(message));
     }
     reader.resolve_references()?;
-    let Reader { sources, objects, search, warnings, .. } = reader;
-    let document = Document { sources, objects, search, warnings };
+    let Reader { files, sources, objects, search, warnings, .. } = reader;
+    let document = Document { files, sources, objects, search, warnings };
     document.check_cycles()?;
     Ok(document)
 }
 
 struct Reader {
+    files: Files,
     sources: Sources,
     objects: Vec<Object>,
     /// Objects by `id` and alias.
@@ -207,7 +210,7 @@ impl Reader {
         if self.objects[parent].category != Category::Scene {
             return Err(self.sources.error(a.at("value"), "<path> can only stand directly inside <scene>"));
         }
-        let found = find_file(&self.search, self.sources.path(cx.file), a.text("value"));
+        let found = find_file(&self.files, &self.search, self.sources.path(cx.file), a.text("value"));
         let folder = found.map_err(|message| self.sources.error(a.at("value"), message))?;
         self.search.insert(0, folder);
         Ok(())

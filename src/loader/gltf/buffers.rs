@@ -2,7 +2,7 @@
 
 use super::model::Model;
 use crate::error::{Error, Result};
-use crate::loader::source::{MAX_DATA_BYTES, read_bytes};
+use crate::loader::source::MAX_DATA_BYTES;
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -72,7 +72,8 @@ impl Model {
         }
         let name = unescape(uri).ok_or_else(|| self.error(place, format!("'{uri}' is not a URI")))?;
         let path = self.folder.join(name);
-        read_bytes(&path, MAX_DATA_BYTES)
+        self.files
+            .read(&path, MAX_DATA_BYTES)
             .map_err(|e| Error::scene(&self.at, format!("{place}: {}: {e}", path.display())))
     }
 }

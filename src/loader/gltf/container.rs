@@ -1,7 +1,8 @@
 //! The two containers of glTF: a text file, or a binary one with the text and a buffer in it.
 
 use crate::error::{Error, Result, Span};
-use crate::loader::source::{MAX_DATA_BYTES, read_bytes};
+use crate::files::Files;
+use crate::loader::source::MAX_DATA_BYTES;
 use gltf::json::Root;
 use std::ops::Range;
 use std::path::Path;
@@ -22,8 +23,8 @@ const HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
 
 /// Reads a file of either kind, whatever it is called.
-pub(super) fn read(path: &Path) -> Result<Container> {
-    let mut bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
+pub(super) fn read(files: &Files, path: &Path) -> Result<Container> {
+    let mut bytes = files.read(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
     let at = Span::whole(path);
     if !bytes.starts_with(MAGIC) {
         return Ok(Container { root: parse(&at, &bytes, true)?, blob: None });

@@ -51,7 +51,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<SceneDescriptio
     if let Some((name, _)) = options.defines.first() {
         return Err(Error::Usage(format!("-D {name}: a glTF file has no parameters, only an XML scene has")));
     }
-    let model = Model::new(path, container::read(path)?, options);
+    let model = Model::new(path, container::read(&options.files, path)?, options);
     extensions::check_version(&model)?;
     extensions::check(&model)?;
     if !model.root.animations.is_empty() {

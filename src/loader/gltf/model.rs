@@ -2,6 +2,7 @@
 
 use super::container::Container;
 use crate::error::{Error, Result, Span};
+use crate::files::Files;
 use crate::loader::LoadOptions;
 use gltf::json::Root;
 use std::cell::{OnceCell, RefCell};
@@ -13,6 +14,8 @@ pub(super) struct Model {
     pub(super) at: Span,
     /// Its objects. No index and no number in them has been checked.
     pub(super) root: Root,
+    /// Where it may read.
+    pub(super) files: Files,
     /// The folder that its URIs start from.
     pub(super) folder: PathBuf,
     /// The buffer of a binary file.
@@ -29,6 +32,7 @@ impl Model {
     pub(super) fn new(path: &Path, Container { root, blob }: Container, options: &LoadOptions) -> Self {
         Self {
             at: Span::whole(path),
+            files: options.files.clone(),
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             buffers: root.buffers.iter().map(|_| OnceCell::new()).collect(),
             root,

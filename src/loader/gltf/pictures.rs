@@ -28,7 +28,7 @@ impl Pictures {
 
     /// Gives the textures their pictures.
     pub(super) fn fill(self, model: &Model, textures: &mut [Texture]) -> Result<()> {
-        let (mut pictures, mut sources) = (pictures::Pictures::default(), BTreeMap::new());
+        let (mut pictures, mut sources) = (pictures::Pictures::new(model.files.clone()), BTreeMap::new());
         let mut ids = Vec::new();
         for asked in &self.0 {
             let source = match sources.get(&asked.image) {

@@ -6,7 +6,7 @@ use crate::error::{Position, Span};
 use crate::loader::build::Builder;
 use crate::loader::document::{Category, Spectrum, Value};
 use crate::loader::params::Params;
-use crate::loader::source::{Loc, MAX_DATA_BYTES, read_bytes};
+use crate::loader::source::{Loc, MAX_DATA_BYTES};
 use crate::loader::values;
 use crate::spectrum::{Rgb, SpectrumRole, equal_energy_to_rgb, tabulated_to_rgb};
 
@@ -78,7 +78,10 @@ fn tabulated(b: &mut Builder<'_>, at: Loc, samples: &[(f64, f64)], role: Spectru
 fn read_spectrum(b: &Builder<'_>, at: Loc, file: &str) -> Result<Vec<(f64, f64)>> {
     let sources = &b.document.sources;
     let path = b.document.find_file(file, at).map_err(|m| sources.error(at, m))?;
-    let bytes = read_bytes(&path, MAX_DATA_BYTES)
+    let bytes = b
+        .document
+        .files
+        .read(&path, MAX_DATA_BYTES)
         .map_err(|m| sources.error(at, format!("cannot read '{}': {m}", path.display())))?;
     values::spectrum_file(&String::from_utf8_lossy(&bytes)).map_err(|(line, message)| {
         let line = u32::try_from(line).unwrap_or(u32::MAX);

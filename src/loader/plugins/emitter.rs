@@ -94,7 +94,7 @@ fn map(b: &mut Builder<'_>, p: &Params<'_>) -> Result<Picture> {
     let name = p.required_text("filename")?;
     let at = p.at("filename");
     let path = b.document.find_file(name, at).map_err(|m| p.error("filename", m))?;
-    let (map, negative) = read_map(&path).map_err(|m| p.error("filename", m))?;
+    let (map, negative) = read_map(&b.document.files, &path).map_err(|m| p.error("filename", m))?;
     if negative > 0 {
         b.warn(at, &format!("{negative} pixels of '{name}' have negative values, which are taken for 0"));
     }

@@ -186,7 +186,7 @@ fn mesh(b: &mut Builder<'_>, p: &Params<'_>, format: Format, flip_uvs: bool) -> 
     let attributes = b.wants_attributes();
     let to_world = to_world(p)?;
     let path = b.document.find_file(file, p.at("filename")).map_err(|m| p.error("filename", m))?;
-    let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
+    let canonical = b.document.files.identity(&path);
     let linear = normals::frame(to_world.matrix3);
     // A mesh that needs no normals of its own computing is the same in every frame, but that shows only once it is read.
     let key = |linear: DMat3| MeshKey {
@@ -224,10 +224,11 @@ pub(crate) struct LoadedMesh {
 
 fn read(b: &mut Builder<'_>, p: &Params<'_>, key: &MeshKey, linear: DMat3) -> Result<LoadedMesh> {
     let (path, face_normals) = (&key.path, key.face_normals);
+    let files = &b.document.files;
     let mesh = match key.format {
-        Format::Obj => obj::read(path, key.uvs),
-        Format::Ply => ply::read(path, ply::Wanted { uvs: key.uvs, attributes: key.attributes }),
-        Format::Serialized(index) => serialized::read(path, index, key.uvs),
+        Format::Obj => obj::read(files, path, key.uvs),
+        Format::Ply => ply::read(files, path, ply::Wanted { uvs: key.uvs, attributes: key.attributes }),
+        Format::Serialized(index) => serialized::read(files, path, index, key.uvs),
     };
     let mut mesh = mesh.map_err(|e| match e {
         Error::File { message, .. } => p.error("filename", format!("cannot read '{}': {message}", path.display())),

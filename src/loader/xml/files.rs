@@ -3,7 +3,7 @@
 use super::{Context, Reader};
 use crate::error::{Error, Result, Span};
 use crate::loader::document::{ObjectId, find_file};
-use crate::loader::source::{Loc, MAX_TEXT_BYTES, read_bytes};
+use crate::loader::source::{Loc, MAX_TEXT_BYTES};
 use roxmltree::Node;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,13 +28,13 @@ pub(super) struct IncludedAt<'a> {
 impl Reader {
     /// Reads a file into the scene, or into the object that includes it.
     pub(super) fn file(&mut self, path: &Path, included: Option<IncludedAt<'_>>) -> Result<()> {
-        let bytes = read_bytes(path, MAX_TEXT_BYTES).map_err(|e| Error::file(path, e))?;
+        let bytes = self.files.read(path, MAX_TEXT_BYTES).map_err(|e| Error::file(path, e))?;
         let text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
         let text: Arc<str> = text.into();
         let file = self.sources.add(path, text.clone());
         let options = roxmltree::ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..Default::default() };
         let xml = roxmltree::Document::parse_with_options(&text, options).map_err(|e| broken_xml(path, &e))?;
-        self.open.push(path.canonicalize().unwrap_or_else(|_| path.to_path_buf()));
+        self.open.push(self.files.identity(path));
         self.root(xml.root_element(), file, included)?;
         self.open.pop();
         Ok(())
@@ -74,9 +74,9 @@ impl Reader {
         let at = a.at("filename");
         let beside = self.sources.path(cx.file).parent().unwrap_or(Path::new("")).to_path_buf();
         let search: Vec<PathBuf> = std::iter::once(beside).chain(self.search.iter().cloned()).collect();
-        let found = find_file(&search, self.sources.path(cx.file), a.text("filename"));
+        let found = find_file(&self.files, &search, self.sources.path(cx.file), a.text("filename"));
         let path = found.map_err(|message| self.sources.error(at, message))?;
-        let canonical = path.canonicalize().unwrap_or_else(|_| path.clone());
+        let canonical = self.files.identity(&path);
         if let Some(first) = self.open.iter().position(|open| *open == canonical) {
             let chain: Vec<String> = self.open[first..].iter().chain([&canonical]).map(|p| file_name(p)).collect();
             return Err(self.sources.error(at, format!("the file includes itself: {}", chain.join(" → "))));
