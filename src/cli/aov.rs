@@ -55,8 +55,8 @@ impl Channels {
             Source::Error { later, .. } => Some(error_estimate::planes(film, picture, later)),
             _ => None,
         });
-        let mut error = error.unwrap_or_default();
-        let mut plane = |(name, source): &(String, Source)| {
+        let error = error.unwrap_or_default();
+        let plane = |(name, source): &(String, Source)| {
             let values = match *source {
                 Source::Mean { index, unit, is_colour } => {
                     let values = film.means(index).into_iter().map(|v| saturate_to_f32(v * unit)).collect();
@@ -64,11 +64,11 @@ impl Channels {
                 }
                 Source::Number(index) => PlaneValues::Whole(film.numbers(index)),
                 Source::Samples => PlaneValues::Whole(film.sample_counts()),
-                Source::Error { channel, .. } => PlaneValues::Colour(std::mem::take(&mut error[channel])),
+                Source::Error { channel, .. } => PlaneValues::Colour(error[channel].clone()),
             };
             Plane { name: name.clone(), values }
         };
-        self.named.iter().map(&mut plane).collect()
+        self.named.iter().map(plane).collect()
     }
 
     /// Whether a film that keeps so many means and numbers has all that the channels are made of.
@@ -117,10 +117,10 @@ impl Beside {
         }
         let own = format.channels().iter().map(|(name, _)| *name).chain(format.has_alpha().then_some("A"));
         let mut seen = BTreeSet::new();
-        match own.chain(beside.channels.names()).find(|name| !seen.insert(*name)) {
-            Some(name) => Err(Error::Usage(format!("two channels of the picture would be called '{name}'"))),
-            None => Ok(beside),
+        if let Some(name) = own.chain(beside.channels.names()).find(|name| !seen.insert(*name)) {
+            return Err(Error::Usage(format!("two channels of the picture would be called '{name}'")));
         }
+        Ok(beside)
     }
 
     /// Says whether a sky that is seen counts for alpha, and how many samples a pixel gets.

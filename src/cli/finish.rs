@@ -3,6 +3,7 @@
 use super::aov::Channels;
 use crate::error::Error;
 use crate::film::Film;
+use crate::render::{Rendered, State};
 use crate::image::{
     ComponentFormat, Crop, Layers, Metadata, OutputFile, Picture, PixelFormat, Plane, WriteOptions, sums_file,
 };
@@ -40,7 +41,49 @@ pub(super) struct Outcome {
     pub(super) complete: bool,
 }
 
+impl Outcome {
+    /// That of a render so far, which takes samples in so many pixels.
+    pub(super) fn new(state: &State, complete: bool, pixels: u64) -> Self {
+        let dropped = state.film.dropped();
+        Self {
+            samples: state.done.samples as f64 / pixels as f64,
+            seconds: state.time.as_secs_f64(),
+            non_finite: dropped.non_finite(),
+            oversized: dropped.oversized,
+            complete,
+        }
+    }
+
+    /// That of a render that has ended.
+    pub(super) fn of(rendered: &Rendered, pixels: u64) -> Self {
+        Self {
+            samples: rendered.samples as f64 / pixels as f64,
+            seconds: rendered.time.as_secs_f64(),
+            non_finite: rendered.dropped.non_finite(),
+            oversized: rendered.dropped.oversized,
+            complete: rendered.complete,
+        }
+    }
+
+    /// That of two parts together.
+    pub(super) fn and(self, o: &Self) -> Self {
+        Self {
+            samples: self.samples + o.samples,
+            seconds: self.seconds + o.seconds,
+            non_finite: self.non_finite.saturating_add(o.non_finite),
+            oversized: self.oversized.saturating_add(o.oversized),
+            complete: self.complete && o.complete,
+        }
+    }
+}
+
 impl Finish {
+    /// The same for a file that is not looked at: without what goes beside the picture.
+    pub(super) fn picture_only(&self) -> Self {
+        let pixel_format = self.pixel_format.without_alpha();
+        Self { channels: Channels::default(), pixel_format, ..self.clone() }
+    }
+
     /// What the files say of themselves.
     fn metadata(&self, outcome: &Outcome) -> Metadata {
         let numbers = vec![

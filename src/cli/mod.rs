@@ -8,10 +8,15 @@ mod bench;
 mod check;
 mod diff;
 mod error_estimate;
+mod finish;
+mod identity;
 mod info;
 mod interrupt;
+mod keeper;
+mod merge;
 mod prepare;
 mod progress;
+mod record;
 mod render;
 mod replay;
 mod stats;
@@ -41,6 +46,11 @@ fn shell_line(words: &[OsString]) -> String {
     quoted.collect::<Vec<_>>().join(" ")
 }
 
+/// Prints an error. Nobody may be reading.
+fn print_error(error: &Error) {
+    let _ = writeln!(std::io::stderr(), "error: {error}");
+}
+
 /// Runs the command that `arguments` (program name first) ask for. 0: done; 1: a comparison failed; 2: bad usage or input;
 /// 130: interrupted.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -58,6 +68,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Info(a) => info::run(a).map(|()| ExitCode::SUCCESS),
         Command::Diff(a) => diff::run(a),
         Command::Bench(a) => bench::run(a, &shell_line(&words)),
+        Command::Merge(a) => merge::run(a),
         Command::Check(a) => check::run(a),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -68,7 +79,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     });
     result.unwrap_or_else(|error| {
-        let _ = writeln!(std::io::stderr(), "error: {error}");
+        print_error(&error);
         ExitCode::from(EXIT_USAGE)
     })
 }

@@ -10,11 +10,14 @@ use crate::loader::{self, LoadOptions, Sky};
 use crate::scene::Scene;
 use crate::scene::compile::{CompileOptions, compile};
 use rayon::ThreadPool;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// A scene that is ready to render, and how long that took.
 pub(super) struct Prepared {
     pub(super) description: SceneDescription,
+    /// All files that were read.
+    pub(super) files: Vec<PathBuf>,
     pub(super) scene: Scene,
     /// What each of the scene's lights is called.
     pub(super) light_names: Vec<String>,
@@ -50,6 +53,7 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &
     };
     let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs, sky, files };
     let mut description = pool.install(|| loader::load(&args.scene, &options))?;
+    let files = options.files.read_so_far();
     adjust_film(&mut description, args)?;
     let threads = pool.current_num_threads();
     let options = CompileOptions {
@@ -64,7 +68,8 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &
     warnings.extend(compiled.warnings);
     let (accel_choice, build) = (compiled.accel_choice, compiled.accel_build);
     let (scene, light_names) = (compiled.scene, compiled.light_names);
-    Ok(Prepared { description, scene, light_names, warnings, load: start.elapsed() - build, accel_choice, build })
+    let load = start.elapsed() - build;
+    Ok(Prepared { description, files, scene, light_names, warnings, load, accel_choice, build })
 }
 
 /// Puts the size and crop of the arguments into the film of the camera that is used.

@@ -4,7 +4,7 @@ use super::finish::{Finish, Outcome};
 use crate::error::{Error, Result};
 use crate::film::exact::Scale;
 use crate::film::{Dropped, Extras, Film};
-use crate::image::{Area, Filter, Plane, sums_file};
+use crate::image::{Filter, Plane, sums_file};
 use crate::integrator::RayCounts;
 use crate::render::{Done, Standing, State};
 use serde::{Deserialize, Serialize};
@@ -71,6 +71,7 @@ pub(super) struct Record {
     pub(super) samples: Range<u32>,
     /// How many there are in all.
     pub(super) all_samples: u32,
+    sampled_pixels: u64,
     pub(super) complete: bool,
     standing: Standing,
     /// Samples taken over all pixels.
@@ -95,10 +96,24 @@ pub(super) struct Kept {
     pub(super) identity: Identity,
     pub(super) samples: Range<u32>,
     pub(super) all_samples: u32,
+    /// In how many pixels samples are taken.
+    pub(super) sampled_pixels: u64,
     pub(super) finish: Finish,
 }
 
+/// The identity of a part of a render.
+fn of_part(identity: &Identity, Range { start, end }: &Range<u32>) -> Identity {
+    let mut identity = identity.clone();
+    identity.settings.insert("samples of each pixel".into(), format!("{start} to {}", end.saturating_sub(1)));
+    identity
+}
+
 impl Kept {
+    /// All that decides the bits of this part.
+    pub(super) fn part_identity(&self) -> Identity {
+        of_part(&self.identity, &self.samples)
+    }
+
     /// The record of how far it is.
     fn record(&self, state: &State, complete: bool) -> Record {
         let (scale, extras) = state.film.kept();
@@ -107,6 +122,7 @@ impl Kept {
             identity: self.identity.clone(),
             samples: self.samples.clone(),
             all_samples: self.all_samples,
+            sampled_pixels: self.sampled_pixels,
             complete,
             standing: state.standing.clone(),
             taken: state.done.samples,
@@ -130,6 +146,11 @@ impl Kept {
 }
 
 impl Record {
+    /// All that decides the bits of this part.
+    pub(super) fn part_identity(&self) -> Identity {
+        of_part(&self.identity, &self.samples)
+    }
+
     /// Reads a file's record and sums.
     ///
     /// Fails where the file cannot be read, has none, or they do not fit together.
@@ -184,9 +205,8 @@ impl Record {
 
     /// What it came to.
     pub(super) fn outcome(&self) -> Outcome {
-        let pixels = Area::from(self.finish.crop).pixels() as f64;
         Outcome {
-            samples: self.taken as f64 / pixels,
+            samples: self.taken as f64 / self.sampled_pixels as f64,
             seconds: Duration::from_nanos(self.nanoseconds).as_secs_f64(),
             non_finite: self.dropped.non_finite(),
             oversized: self.dropped.oversized,

@@ -1,22 +1,27 @@
 //! `snell render`.
 
 use super::aov::Beside;
-use super::args::{AovName, IntegratorName, RenderArgs, ReuseName};
+use super::args::{AovName, IntegratorName, RenderArgs, ReuseName, Shard};
+use super::finish::{self, Finish, Outcome};
+use super::keeper::Keeper;
 use super::prepare::{self, Prepared};
 use super::progress::{Display, quantity};
+use super::record::Kept;
 use super::stats::{Names, Stats};
-use super::{EXIT_INTERRUPTED, interrupt, replay};
+use super::{EXIT_INTERRUPTED, identity, interrupt, replay};
 use crate::description::IntegratorKind;
 use crate::error::{Error, Result};
-use crate::image::{ComponentFormat, Format, Layers, Metadata, OutputFile, PixelFormat, Reserved, WriteOptions};
+use crate::image::{Format, OutputFile, PixelFormat, Reserved};
 use crate::integrator::{Integrator, PathReuse, Undecided};
-use crate::render::{Progress, RenderSettings, Rendered, render_with, total_samples};
+use crate::render::{Progress, RenderSettings, Rendered, Session, total_samples};
 use crate::sampler::Sampler;
 use rayon::ThreadPool;
 use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::mpsc::{Sender, channel};
 
 /// Number of path segments of direct light.
 const DIRECT_DEPTH: u32 = 2;
@@ -52,9 +57,35 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
             "warning: the channels beside the picture are not written: only a file named .exr can hold them"
         ));
     }
-    let display = Display::start(&progress, total_samples(&prepared.scene, settings.samples), args.quiet);
-    let rendered = render_with(&prepared.scene, &settings, &beside.aovs, &pool, &progress);
+    let finish = finish(args, command, &prepared, &settings, integrator, format, &beside);
+    let sampled_pixels = total_samples(&prepared.scene, 1);
+    let samples = part_of(args.keep.shard, settings.samples)?;
+    let kept = match args.keep.checkpoint.is_some() || args.keep.shard.is_some() {
+        false => None,
+        true => Some(Kept {
+            identity: identity::identity(args, &prepared, &settings, &finish, &pool)?,
+            samples: samples.clone(),
+            all_samples: settings.samples,
+            sampled_pixels,
+            finish: finish.clone(),
+        }),
+    };
+    let keeper = kept.as_ref().and_then(|kept| Keeper::new(&args.keep, kept));
+    let session = Session::new(&prepared.scene, &settings, &beside.aovs, samples.clone(), &progress);
+    let session = match &keeper {
+        Some(keeper) => keeper.resume(session, &say)?,
+        None => session,
+    };
+    let display = Display::start(&progress, total_samples(&prepared.scene, samples.len() as u32), args.quiet);
+    take_samples(&session, keeper.as_ref(), &pool, &say);
     drop(display);
+    // What cannot be written keeps nothing else from being written.
+    let mut failures = Vec::new();
+    let state = kept.is_some().then(|| session.state());
+    let rendered = session.finish();
+    if let (Some(keeper), Some(state)) = (&keeper, &state) {
+        failures.extend(keeper.save(state, rendered.complete).err());
+    }
     let names = Names {
         integrator: integrator.text(),
         sampler: args.sampler.text(),
@@ -63,26 +94,79 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
         threads: pool.current_num_threads(),
     };
     report(command, &prepared, &rendered, &say);
-    // What cannot be written keeps nothing else from being written.
-    let mut failures = Vec::new();
     let mut clamped = 0;
     if rendered.samples > 0 {
-        let options = write_options(args, command, &prepared, &rendered, &settings, &names);
-        let (picture, alpha) = (rendered.film.develop(), beside.alpha(&rendered.film));
-        let planes = beside.planes(&rendered.film, &picture);
-        let layers = Layers { picture: &picture, format, alpha: alpha.as_deref(), planes: &planes };
-        clamped = write(layers, &options, pictures, &say, &mut failures);
+        let sealed = match (&kept, &state, args.keep.shard) {
+            (Some(kept), Some(state), Some(_)) => Some(kept.sealed(state, rendered.complete)),
+            _ => None,
+        };
+        let outcome = Outcome::of(&rendered, sampled_pixels);
+        clamped = finish.develop(&rendered.film, &outcome, args.exposure, sealed, |layers, options| {
+            finish::write(layers, options, pictures, &say, &mut failures)
+        });
     }
     if let Some(file) = stats {
         failures.extend(write_stats(file, &Stats::new(&prepared, &rendered, &names, clamped)).err());
     }
-    if let Some(last) = failures.pop() {
-        for error in failures {
-            let _ = writeln!(std::io::stderr(), "error: {error}");
-        }
-        return Err(last);
-    }
+    finish::last_of(failures)?;
     Ok(if rendered.complete { ExitCode::SUCCESS } else { ExitCode::from(EXIT_INTERRUPTED) })
+}
+
+/// Which samples of each pixel a shard takes.
+fn part_of(shard: Option<Shard>, samples: u32) -> Result<Range<u32>> {
+    let Some(Shard { number, count }) = shard else { return Ok(0..samples) };
+    if count > samples {
+        return Err(Error::Usage(format!("--shard: {samples} samples a pixel cannot be cut into {count} parts")));
+    }
+    let until = |parts: u32| (u64::from(samples) * u64::from(parts) / u64::from(count)) as u32;
+    Ok(until(number - 1)..until(number))
+}
+
+/// Renders, and keeps what is done meanwhile.
+fn take_samples(
+    session: &Session<'_>,
+    keeper: Option<&Keeper<'_>>,
+    pool: &ThreadPool,
+    say: &(dyn Fn(std::fmt::Arguments<'_>) + Sync),
+) {
+    let Some(keeper) = keeper else { return session.run(pool) };
+    let (stop, stopped) = channel();
+    std::thread::scope(|threads| {
+        threads.spawn(move || keeper.keep_saving(session, &stopped, say));
+        session.run(pool);
+        drop::<Sender<()>>(stop);
+    });
+}
+
+/// What is to be made of the film.
+fn finish(
+    args: &RenderArgs,
+    command: &str,
+    prepared: &Prepared,
+    settings: &RenderSettings,
+    integrator: IntegratorName,
+    format: PixelFormat,
+    beside: &Beside,
+) -> Finish {
+    let film = prepared.scene.film;
+    let about = [
+        ("snell.version", env!("CARGO_PKG_VERSION").into()),
+        ("snell.command", command.into()),
+        ("snell.integrator", integrator.text().into()),
+        ("snell.sampler", args.sampler.text().into()),
+        // As text: not every seed is a number of f64.
+        ("snell.seed", settings.sampler.seed.to_string()),
+        ("snell.accelerator", prepared.scene.accel.name()),
+        ("snell.bias", "none".into()),
+    ];
+    Finish {
+        full_size: film.size,
+        crop: film.crop,
+        pixel_format: format,
+        component_format: film.component_format,
+        channels: beside.channels.clone(),
+        about: about.map(|(name, text)| (name.to_owned(), text)).into(),
+    }
 }
 
 /// Says what is to be known before a render.
@@ -133,20 +217,33 @@ fn reserve(args: &RenderArgs) -> Result<Outputs> {
     let named_after_scene =
         || vec![PathBuf::from(args.scene.scene.with_extension("exr").file_name().unwrap_or_default())];
     let paths = if args.output.is_empty() { named_after_scene() } else { args.output.clone() };
-    let mut all: Vec<&Path> = paths.iter().map(PathBuf::as_path).chain(args.stats.as_deref()).collect();
-    all.sort_unstable();
-    if let Some(twice) = all.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(Error::Usage(format!("{} is to be written twice", twice[0].display())));
-    }
     let is_exr = |path: &&PathBuf| Format::of(path).is_ok_and(|format| format == Format::Exr);
     if !args.aov.is_empty() && !paths.iter().any(|path| is_exr(&path)) {
         return Err(Error::Usage(
             "--aov needs an output whose name ends in .exr: no other can hold its channels".into(),
         ));
     }
-    let pictures = paths.iter().map(|p| OutputFile::reserve(p)).collect::<Result<_>>()?;
+    if args.keep.shard.is_some()
+        && let Some(other) = paths.iter().find(|path| !is_exr(path))
+    {
+        return Err(Error::file(other, "a shard needs an output whose name ends in .exr: no other can hold its sums"));
+    }
+    let others: Vec<&Path> = args.stats.as_deref().into_iter().collect();
+    let pictures = reserve_pictures(&paths, &others)?;
+    let all: Vec<&Path> = paths.iter().map(PathBuf::as_path).chain(others).chain([args.scene.scene.as_path()]).collect();
+    Keeper::check(&args.keep, &all)?;
     let stats = args.stats.as_deref().map(|p| Reserved::new(p, "the statistics")).transpose()?;
     Ok(Outputs { pictures, stats })
+}
+
+/// Reserves the pictures; none of them twice or in the place of `others`.
+pub(super) fn reserve_pictures(paths: &[PathBuf], others: &[&Path]) -> Result<Vec<OutputFile>> {
+    let mut all: Vec<&Path> = paths.iter().map(PathBuf::as_path).chain(others.iter().copied()).collect();
+    all.sort_unstable();
+    if let Some(twice) = all.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(Error::Usage(format!("{} is to be written twice", twice[0].display())));
+    }
+    paths.iter().map(|path| OutputFile::reserve(path)).collect()
 }
 
 /// What the file says, with what the arguments change in it.
@@ -225,75 +322,6 @@ fn report(command: &str, prepared: &Prepared, rendered: &Rendered, say: &dyn Fn(
             say(format_args!("  {command} --replay {},{},{}", s.x, s.y, s.index));
         }
     }
-}
-
-/// What the files are to say of the render.
-fn write_options(
-    args: &RenderArgs,
-    command: &str,
-    prepared: &Prepared,
-    rendered: &Rendered,
-    settings: &RenderSettings,
-    names: &Names<'_>,
-) -> WriteOptions {
-    let film = prepared.scene.film;
-    let pixels = film.filter.sampled_area(film.crop, film.sample_border).pixels() as f64;
-    let metadata = Metadata {
-        numbers: vec![
-            ("snell.samples", rendered.samples as f64 / pixels),
-            ("snell.seconds", rendered.time.as_secs_f64()),
-            ("snell.nonFiniteSamples", rendered.dropped.non_finite() as f64),
-            ("snell.oversizedSamples", rendered.dropped.oversized as f64),
-        ],
-        texts: vec![
-            ("snell.version", env!("CARGO_PKG_VERSION").into()),
-            ("snell.command", command.into()),
-            ("snell.integrator", names.integrator.into()),
-            ("snell.sampler", names.sampler.into()),
-            // As text: not every seed is a number of f64.
-            ("snell.seed", settings.sampler.seed.to_string()),
-            ("snell.accelerator", prepared.scene.accel.name()),
-            ("snell.bias", "none".into()),
-            ("snell.complete", if rendered.complete { "yes" } else { "no" }.into()),
-        ],
-    };
-    WriteOptions {
-        full_size: film.size,
-        crop: film.crop,
-        component_format: film.component_format,
-        exposure: args.exposure,
-        metadata,
-    }
-}
-
-/// Writes every picture that can be written, and adds to `failures` what is wrong with the others. Returns how many values
-/// did not fit their files' type and were clamped.
-fn write(
-    layers: Layers<'_>,
-    options: &WriteOptions,
-    outputs: Vec<OutputFile>,
-    say: &dyn Fn(std::fmt::Arguments<'_>),
-    failures: &mut Vec<Error>,
-) -> u64 {
-    let mut all_clamped = 0;
-    for output in outputs {
-        let path = output.path().to_owned();
-        match output.write(layers, options) {
-            Ok(clamped) => {
-                if clamped > 0 {
-                    let largest = ComponentFormat::MAX_HALF;
-                    let name = path.display();
-                    say(format_args!(
-                        "warning: {name}: {clamped} values were too large for half floats, and are {largest} now"
-                    ));
-                }
-                all_clamped += clamped;
-                say(format_args!("wrote {}", path.display()));
-            }
-            Err(error) => failures.push(error),
-        }
-    }
-    all_clamped
 }
 
 fn write_stats(file: Reserved, stats: &Stats<'_>) -> Result<()> {

@@ -10,7 +10,7 @@ use crate::image::Area;
 use std::sync::Mutex;
 
 /// What to keep.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Extras {
     /// A scale for each mean.
     pub means: Vec<Scale>,
@@ -73,6 +73,11 @@ impl ExtraSums {
         self.numbers[first_number..].iter_mut().zip(numbers).for_each(|(to, number)| *to = number);
     }
 
+    /// Whether there is no pixel.
+    pub(super) fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
     /// All sums, pixel by pixel.
     pub(super) fn sums(&self) -> impl Iterator<Item = i128> {
         self.sums.iter().copied()
@@ -125,7 +130,7 @@ impl ExtraFilm {
     /// The sums of tile `index`, which has so many pixels, ready to be added to.
     fn started(&self, index: usize, pixels: usize) -> std::sync::MutexGuard<'_, ExtraSums> {
         let mut tile = lock(&self.tiles[index]);
-        if tile.numbers.is_empty() {
+        if tile.is_empty() {
             *tile = ExtraSums::new(&self.extras, pixels);
         }
         tile

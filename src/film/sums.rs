@@ -4,7 +4,8 @@
 //! `snell.weight.0` … for weights, `snell.mean.0.0` … for each mean beside radiance, and `snell.number.0` … for whole numbers.
 
 use super::extras::ExtraSums;
-use super::{Film, Pixel, lock};
+use super::exact::Scale;
+use super::{Extras, Film, Pixel, lock};
 use crate::image::{Plane, PlaneValues};
 
 /// Planes that a 128-bit sum takes.
@@ -39,6 +40,11 @@ impl Pixel {
 }
 
 impl Film {
+    /// What it keeps: the scale of radiance, and whatever is beside it.
+    pub fn kept(&self) -> (Scale, Option<&Extras>) {
+        (self.scale, self.extras.as_ref().map(|film| &film.extras))
+    }
+
     /// A copy of all sums, as they are now.
     #[must_use]
     pub fn copied(&self) -> Self {
@@ -126,6 +132,26 @@ impl Film {
             }
         }
         Ok(())
+    }
+
+    /// Adds the sums of a film of the same pixels that keeps the same; `None`, and nothing is added, where it is not such a one.
+    pub fn add_film(&self, other: &Self) -> Option<()> {
+        if self.pixels.0 != other.pixels.0 || self.kept() != other.kept() {
+            return None;
+        }
+        for (index, (tile, others)) in self.tiles.iter().zip(&other.tiles).enumerate() {
+            let count = self.pixels.bounds(index).pixels() as usize;
+            let mut tile = lock(tile);
+            tile.resize(count, Pixel::default());
+            tile.iter_mut().zip(lock(others).iter()).for_each(|(pixel, o)| pixel.add_sums(o.sums()));
+            if let (Some(extras), Some(others)) = (&self.extras, &other.extras)
+                && !others.tile(index).is_empty()
+            {
+                extras.add_tile(index, &others.tile(index), count);
+            }
+        }
+        self.add_dropped(&other.dropped());
+        Some(())
     }
 
     /// Adds samples that were left out elsewhere.

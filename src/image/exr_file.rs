@@ -26,7 +26,7 @@ pub struct Metadata {
     /// Numbers, for example `("snell.samples", 64.0)`.
     pub numbers: Vec<(&'static str, f64)>,
     /// Texts.
-    pub texts: Vec<(&'static str, String)>,
+    pub texts: Vec<(String, String)>,
 }
 
 /// The picture and what the file says of it.
@@ -86,12 +86,12 @@ pub(super) fn write(to: &mut File, o: &ExrOptions<'_>) -> exr::error::Result<u64
         software_name: Some(Text::from(concat!("snell ", env!("CARGO_PKG_VERSION")))),
         ..LayerAttributes::default()
     };
-    let own = o.metadata.numbers.iter().map(|&(name, v)| (name, AttributeValue::F64(v)));
+    let own = o.metadata.numbers.iter().map(|&(name, v)| (Text::from(name), AttributeValue::F64(v)));
     let own = own.chain(o.metadata.texts.iter().filter_map(|(name, v)| {
         // A text that is no Latin-1 cannot be an attribute; the picture matters more.
-        Text::new_or_none(v).map(|t| (*name, AttributeValue::Text(t)))
+        Some((Text::new_or_none(name)?, AttributeValue::Text(Text::new_or_none(v)?)))
     }));
-    attributes.other.extend(own.map(|(name, v)| (Text::from(name), v)));
+    attributes.other.extend(own);
     let picture = o.layers.picture;
     let size = Vec2(picture.width() as usize, picture.height() as usize);
     let layer = Layer::new(size, attributes, ENCODING, AnyChannels::sort(channels));

@@ -40,6 +40,16 @@ impl PixelFormat {
         }
     }
 
+    /// The same without alpha.
+    #[must_use]
+    pub fn without_alpha(self) -> Self {
+        match self {
+            Self::Luminance | Self::LuminanceAlpha => Self::Luminance,
+            Self::Rgb | Self::Rgba => Self::Rgb,
+            Self::Xyz | Self::Xyza => Self::Xyz,
+        }
+    }
+
     /// Whether all that is told of a colour is its luminance.
     pub(super) fn is_grey(self) -> bool {
         matches!(self, Self::Luminance | Self::LuminanceAlpha)
@@ -78,6 +88,13 @@ pub enum PlaneValues {
     Float(Vec<f32>),
     /// Whole numbers.
     Whole(Vec<u32>),
+}
+
+impl PlaneValues {
+    /// The values if they are whole numbers.
+    pub fn whole(&self) -> Option<&[u32]> {
+        if let Self::Whole(values) = self { Some(values) } else { None }
+    }
 }
 
 /// A picture with all that goes into the same file.

@@ -54,6 +54,11 @@ impl OutputFile {
         Ok(Self { format, file: Reserved::new(path, "the picture")? })
     }
 
+    /// Reserves `path`, whatever its name, for an EXR that is called `what` in messages.
+    pub fn exr(path: &Path, what: &'static str) -> Result<Self> {
+        Ok(Self { format: Format::Exr, file: Reserved::new(path, what)? })
+    }
+
     /// The name that the picture will have.
     pub fn path(&self) -> &Path {
         self.file.path()

@@ -1,10 +1,11 @@
 //! Sums in files: OpenEXR pictures that have, beside their pixels, planes of whole numbers and a record of how those came
 //! about, with a hash over both.
 
-use super::decode::check_size;
+use super::decode::{MAX_PICTURE_BYTES, check_size};
 use super::exr_file::MAX_EXPANSION;
-use super::{Metadata, Plane, PlaneValues};
+use super::{Metadata, Plane};
 use crate::error::{Error, Result};
+use crate::files::Files;
 use exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, Text};
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -36,12 +37,9 @@ impl Sums {
 
 /// Adds to the metadata what makes a file with these planes one that [`read`] reads: the record, any text, and the hash.
 pub fn seal(metadata: &mut Metadata, record: &str, planes: &[Plane]) {
-    let whole = planes.iter().filter_map(|plane| match &plane.values {
-        PlaneValues::Whole(values) => Some((plane.name.as_str(), values.as_slice())),
-        _ => None,
-    });
-    metadata.texts.push((HASH, hash(record, whole.collect())));
-    metadata.texts.push((RECORD, ascii(record)));
+    let whole = planes.iter().filter_map(|plane| Some((plane.name.as_str(), plane.values.whole()?)));
+    metadata.texts.push((HASH.into(), hash(record, whole.collect())));
+    metadata.texts.push((RECORD.into(), ascii(record)));
 }
 
 /// A text of JSON in ASCII, which all that attributes can hold: the same text to whoever reads JSON.
@@ -79,7 +77,7 @@ fn hash(record: &str, mut planes: Vec<(&str, &[u32])>) -> String {
 /// Fails where the file cannot be read, is not one with sums, or is not as it was written.
 pub fn read(path: &Path) -> Result<Sums> {
     let fail = |e: &dyn std::fmt::Display| Error::file(path, format!("cannot read the sums of a render: {e}"));
-    let bytes = std::fs::read(path).map_err(|e| fail(&e))?;
+    let bytes = Files::default().read(path, MAX_PICTURE_BYTES).map_err(|e| fail(&e))?;
     decode(&bytes).map_err(|e| fail(&e))
 }
 
@@ -129,7 +127,7 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Sums, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::{ComponentFormat, Crop, Layers, OutputFile, Picture, PixelFormat, WriteOptions};
+    use crate::image::{ComponentFormat, Crop, Layers, OutputFile, Picture, PixelFormat, PlaneValues, WriteOptions};
 
     fn written() -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();

@@ -192,20 +192,15 @@ impl<'a> Session<'a> {
         Self { scene, settings, aovs, samples, film, ledger, entering, progress, start, before: Duration::ZERO }
     }
 
-    /// An empty film like the one that this render fills.
-    pub fn empty_film(&self) -> Film {
-        empty_film(self.scene, self.aovs)
-    }
-
-    /// Goes on from where a render of the same samples of the same scene with the same settings stood, all of which the
-    /// caller must know, and whose film is like [`Self::empty_film`].
+    /// Goes on from where a render of the same samples of the same scene with the same settings stood, which the caller must know.
     ///
-    /// Fails where the units of work that are done are not those of such a render.
-    pub fn resume(self, state: State) -> Result<Self, ()> {
+    /// `None` where its film or the units of work that are done are not those of such a render.
+    pub fn resume(self, state: State) -> Option<Self> {
         let State { film, standing, done, time } = state;
-        let ledger = Ledger::resumed(units(&film, &self.samples), &standing, done).ok_or(())?;
+        let ledger = Ledger::resumed(units(&self.film, &self.samples), &standing, done)?;
+        self.film.add_film(&film)?;
         self.progress.resume(&done);
-        Ok(Self { film, ledger, before: time, ..self })
+        Some(Self { ledger, before: time, ..self })
     }
 
     /// Takes the samples that are left on the threads of `pool`, until the progress is cancelled.

@@ -1,0 +1,94 @@
+//! `snell merge`: puts the parts of a render together.
+
+use super::args::MergeArgs;
+use super::finish;
+use super::record::Record;
+use super::render::reserve_pictures;
+use crate::error::{Error, Result};
+use crate::render::State;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// One part.
+struct Part {
+    path: PathBuf,
+    record: Record,
+    state: State,
+}
+
+/// Reads the parts, adds them up, and writes the picture.
+pub(super) fn run(args: &MergeArgs) -> Result<ExitCode> {
+    let say = |text: std::fmt::Arguments<'_>| {
+        if !args.quiet {
+            // Nobody may be reading.
+            let _ = writeln!(std::io::stderr(), "{text}");
+        }
+    };
+    if let Some(both) = args.output.iter().find(|output| args.shards.contains(output)) {
+        return Err(Error::file(both, "cannot write the picture: this is one of the shards"));
+    }
+    let pictures = reserve_pictures(&args.output, &[])?;
+    let read = |path: &PathBuf| Record::read(path).map(|(record, state)| Part { path: path.clone(), record, state });
+    let mut parts = args.shards.iter().map(read).collect::<Result<Vec<_>>>()?;
+    parts.sort_by_key(|part| (part.record.samples.start, part.record.samples.end));
+    check(&parts)?;
+    let mut parts = parts.into_iter();
+    // There is at least one: the arguments ask for it.
+    let Some(Part { record, state: State { film, .. }, path: first }) = parts.next() else { return Ok(ExitCode::SUCCESS) };
+    let mut outcome = record.outcome();
+    for part in parts {
+        film.add_film(&part.state.film).ok_or_else(|| Error::file(&part.path, of_another(&first)))?;
+        outcome = outcome.and(&part.record.outcome());
+    }
+    let mut failures = Vec::new();
+    record.finish.develop(&film, &outcome, args.exposure, None, |layers, options| {
+        finish::write(layers, options, pictures, &say, &mut failures)
+    });
+    finish::last_of(failures).map(|()| ExitCode::SUCCESS)
+}
+
+fn of_another(first: &Path) -> String {
+    format!("this is of another render than {}", first.display())
+}
+
+/// An error unless the parts, in the order of their samples, are all of one render, each of them once and whole.
+fn check(parts: &[Part]) -> Result<()> {
+    let mut next = 0;
+    let mut last: Option<&Part> = None;
+    for part in parts {
+        let Part { path, record, .. } = part;
+        if let Some(first) = parts.first() {
+            first.record.identity.expect(&record.identity, path, &of_another(&first.path))?;
+        }
+        if !record.complete {
+            return Err(Error::file(path, "this part is not finished: resume it, or render it again"));
+        }
+        if let Some(last) = last
+            && record.samples.start < next
+        {
+            let message = format!(
+                "samples {} to {} are in {}, too",
+                record.samples.start,
+                next.min(record.samples.end) - 1,
+                last.path.display()
+            );
+            return Err(Error::file(path, message));
+        }
+        gap(next, record.samples.start, path)?;
+        next = record.samples.end;
+        last = Some(part);
+    }
+    match last {
+        Some(Part { path, record, .. }) => gap(next, record.all_samples, path),
+        None => Ok(()),
+    }
+}
+
+/// An error if there are samples from `start` to before `end`, which no part has.
+fn gap(start: u32, end: u32, near: &Path) -> Result<()> {
+    if start >= end {
+        return Ok(());
+    }
+    Err(Error::file(near, format!("samples {start} to {} of each pixel are in none of the parts", end - 1)))
+}
