@@ -79,7 +79,15 @@ impl Channels {
             Source::Samples => true,
             Source::Error { later, channel } => later.checked_add(3).is_some_and(|last| last < means) && channel < 3,
         };
-        self.alpha.is_none_or(|index| index < means) && self.named.iter().all(fits)
+        let mut seen = BTreeSet::new();
+        let is_named = |name: &str| !name.is_empty() && name.chars().all(|c| c.is_ascii_graphic() || c == ' ');
+        let are_named = self.names().all(|name| is_named(name) && seen.insert(name));
+        are_named && self.alpha.is_none_or(|index| index < means) && self.named.iter().all(fits)
+    }
+
+    /// Whether alpha is among them.
+    pub(super) fn has_alpha(&self) -> bool {
+        self.alpha.is_some()
     }
 
     /// What the channels are called.

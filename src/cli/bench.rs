@@ -43,7 +43,8 @@ pub(super) fn run(args: &BenchArgs, command: &str) -> Result<ExitCode> {
         ["bench.html", "bench.json", "bench.csv"].map(|name| Reserved::new(&args.out.join(name), "the report"));
     let files = [page?, json?, csv?];
     let progress = Arc::new(Progress::default());
-    let temporaries = files.iter().filter_map(|f| f.temporary_path().map(Path::to_owned)).chain(folder.made().map(Path::to_owned));
+    let temporaries =
+        files.iter().filter_map(|f| f.temporary_path().map(Path::to_owned)).chain(folder.made().map(Path::to_owned));
     interrupt::handle(&progress, temporaries.collect());
     check_later_scenes(&jobs, &pool)?;
     let stage = Stage { pool: &pool, progress: &progress };

@@ -3,10 +3,10 @@
 use super::aov::Channels;
 use crate::error::Error;
 use crate::film::Film;
-use crate::render::{Rendered, State};
 use crate::image::{
     ComponentFormat, Crop, Layers, Metadata, OutputFile, Picture, PixelFormat, Plane, WriteOptions, sums_file,
 };
+use crate::render::{Rendered, State};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

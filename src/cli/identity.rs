@@ -51,7 +51,10 @@ fn by_name(
         ("sampler", format!("{:?}", settings.sampler.kind)),
         ("seed", settings.sampler.seed.to_string()),
         ("integrator", format!("{:?}", integrator.estimator)),
-        ("max depth", integrator.max_depth.to_string()),
+        (
+            "max depth",
+            if integrator.max_depth == u32::MAX { "no limit".into() } else { integrator.max_depth.to_string() },
+        ),
         ("roulette from", integrator.rr_depth.to_string()),
         ("hidden emitters", integrator.hide_emitters.to_string()),
         ("visible sky", (!integrator.hide_environment).to_string()),

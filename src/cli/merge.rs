@@ -35,7 +35,9 @@ pub(super) fn run(args: &MergeArgs) -> Result<ExitCode> {
     check(&parts)?;
     let mut parts = parts.into_iter();
     // There is at least one: the arguments ask for it.
-    let Some(Part { record, state: State { film, .. }, path: first }) = parts.next() else { return Ok(ExitCode::SUCCESS) };
+    let Some(Part { record, state: State { film, .. }, path: first }) = parts.next() else {
+        return Ok(ExitCode::SUCCESS);
+    };
     let mut outcome = record.outcome();
     for part in parts {
         film.add_film(&part.state.film).ok_or_else(|| Error::file(&part.path, of_another(&first)))?;

@@ -178,7 +178,7 @@ impl Record {
 
     /// An empty film like that of the sums; `None` where the record cannot be right.
     fn film(&self, size: (u32, u32)) -> Option<Film> {
-        let Finish { crop, full_size, channels, .. } = &self.finish;
+        let Finish { crop, full_size, channels, pixel_format, .. } = &self.finish;
         let fits = |start: u32, length: u32, whole: u32| start.checked_add(length).is_some_and(|end| end <= whole);
         let possible = |e: &i32| e.abs() <= MAX_EXPONENT;
         let is_possible = (crop.width, crop.height) == size
@@ -189,6 +189,7 @@ impl Record {
             && self.mean_exponents.iter().all(possible)
             && self.samples.start < self.samples.end
             && self.samples.end <= self.all_samples
+            && channels.has_alpha() == pixel_format.has_alpha()
             && channels.fit(self.mean_exponents.len(), self.numbers);
         if !is_possible {
             return None;
@@ -219,4 +220,89 @@ impl Record {
 #[derive(Deserialize)]
 struct Format {
     format: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::aov::Channels;
+    use crate::image::{ComponentFormat, Crop, OutputFile, PixelFormat};
+
+    fn kept() -> Kept {
+        let crop = Crop { x: 1, y: 0, width: 3, height: 2 };
+        Kept {
+            identity: Identity::default(),
+            samples: 0..4,
+            all_samples: 8,
+            sampled_pixels: 6,
+            finish: Finish {
+                full_size: (4, 2),
+                crop,
+                pixel_format: PixelFormat::Rgb,
+                component_format: ComponentFormat::Half,
+                channels: Channels::default(),
+                about: BTreeMap::new(),
+            },
+        }
+    }
+
+    fn state() -> State {
+        let film = Film::new(kept().finish.crop, Filter::Box, false, Scale::for_exponent(3));
+        let mut tile = film.start_tile(0);
+        let id = crate::film::SampleId { x: 2, y: 1, index: 0 };
+        tile.add_sample(id, crate::spectrum::Rgb::new(1.0, -0.3, 1e-7), || unreachable!());
+        film.add(&tile);
+        State { film, standing: Standing::default(), done: Done::default(), time: Duration::ZERO }
+    }
+
+    /// The sums of a file with this record.
+    fn sums(record: &str, planes: &[Plane]) -> sums_file::Sums {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sums.exr");
+        let (finish, state) = (kept().finish, state());
+        let outcome = Outcome::new(&state, false, 6);
+        let sealed = Some((record.to_owned(), planes.to_vec()));
+        let file = OutputFile::exr(&path, "the sums").unwrap();
+        finish.develop(&state.film, &outcome, 0.0, sealed, |layers, options| file.write(layers, options)).unwrap();
+        sums_file::read(&path).unwrap()
+    }
+
+    #[test]
+    fn what_was_written_is_read() {
+        let (record, planes) = kept().sealed(&state(), true);
+        let (read, back) = Record::from_sums(&sums(&record, &planes)).unwrap();
+        assert_eq!(back.film.to_planes(), state().film.to_planes());
+        assert_eq!(back.film.kept(), state().film.kept());
+        assert_eq!((read.samples.clone(), read.all_samples, read.complete), (0..4, 8, true));
+        assert_eq!(read.outcome().samples, 0.0);
+    }
+
+    /// Hashes are no secret: whoever writes such a file can make it say anything.
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let (record, planes) = kept().sealed(&state(), true);
+        let error = |record: &str, planes| Record::from_sums(&sums(record, planes)).err().unwrap();
+        let contradiction = "the record contradicts itself or the file";
+        for (from, to, expected) in [
+            (r#""format":1"#, r#""format":99"#, "they are of version 99, not 1, of this kind of file"),
+            (r#""format":1"#, r#""form":1"#, "missing field `format`"),
+            (r#""exponent":3"#, r#""exponent":2147483647"#, contradiction),
+            (r#""mean_exponents":[]"#, r#""mean_exponents":[-2147483647]"#, contradiction),
+            (r#""width":3"#, r#""width":4294967295"#, contradiction),
+            (r#""height":2"#, r#""height":1"#, contradiction),
+            (r#""x":1"#, r#""x":2"#, contradiction),
+            (r#""end":4"#, r#""end":9"#, contradiction),
+            (r#""start":0"#, r#""start":4"#, contradiction),
+            (r#""alpha":null"#, r#""alpha":0"#, contradiction),
+            (r#""numbers":0"#, r#""numbers":1"#, "the channel snell.number.0 is missing"),
+            (r#""named":[]"#, r#""named":[["a","Samples"],["a","Samples"]]"#, contradiction),
+            (r#""named":[]"#, r#""named":[["a",{"Number":7}]]"#, contradiction),
+            (r#""named":[]"#, r#""named":[["a",{"Error":{"later":18446744073709551615,"channel":0}}]]"#, contradiction),
+        ] {
+            let changed = record.replacen(from, to, 1);
+            assert_ne!(changed, record, "{from}");
+            assert!(error(&changed, &planes).contains(expected), "{to}: {}", error(&changed, &planes));
+        }
+        assert_eq!(error(&record, &planes[1..]), "the channel snell.sum.R.0 is missing");
+    }
 }

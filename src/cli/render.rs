@@ -230,7 +230,8 @@ fn reserve(args: &RenderArgs) -> Result<Outputs> {
     }
     let others: Vec<&Path> = args.stats.as_deref().into_iter().collect();
     let pictures = reserve_pictures(&paths, &others)?;
-    let all: Vec<&Path> = paths.iter().map(PathBuf::as_path).chain(others).chain([args.scene.scene.as_path()]).collect();
+    let all: Vec<&Path> =
+        paths.iter().map(PathBuf::as_path).chain(others).chain([args.scene.scene.as_path()]).collect();
     Keeper::check(&args.keep, &all)?;
     let stats = args.stats.as_deref().map(|p| Reserved::new(p, "the statistics")).transpose()?;
     Ok(Outputs { pictures, stats })

@@ -3,8 +3,8 @@
 //! Each 128-bit sum is four planes, the lowest bits first, in two's complement: `snell.sum.R.0` … `snell.sum.B.3` for radiance,
 //! `snell.weight.0` … for weights, `snell.mean.0.0` … for each mean beside radiance, and `snell.number.0` … for whole numbers.
 
-use super::extras::ExtraSums;
 use super::exact::Scale;
+use super::extras::ExtraSums;
 use super::{Extras, Film, Pixel, lock};
 use crate::image::{Plane, PlaneValues};
 
