@@ -5,7 +5,8 @@
 mod desk;
 
 use desk::*;
-use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
+use exr::prelude::{AttributeValue, FlatSamples, Text, WritableImage, read_all_flat_layers_from_file};
+use snell::image::{Metadata, Plane, PlaneValues, sums_file};
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::Stdio;
@@ -106,8 +107,8 @@ fn a_checkpoint_serves_its_own_render_only() {
         let expected = [&["c.snell: this checkpoint is of another render: "], expected].concat();
         desk.refuses(&[&["render"], arguments, &kept].concat(), &expected);
     };
-    refuses(&["s.xml", "--spp=8"], &["samples a pixel: 4, not 8; samples of each pixel: 0 to 3, not 0 to 7"]);
-    refuses(&["s.xml", "--spp=4", "--seed=9", "--max-depth=3"], &["max depth: no limit, not 3; seed: 0, not 9"]);
+    refuses(&["s.xml", "--spp=8"], &["samples of each pixel: 0 to 3, not 0 to 7; spp: 4, not 8"]);
+    refuses(&["s.xml", "--spp=4", "--seed=9", "--max-depth=3"], &["max-depth: no limit, not 3; seed: 0, not 9"]);
     refuses(&["other.xml", "--spp=4"], &["scene: s.xml, not other.xml; s.xml is not read; other.xml is read, too"]);
     refuses(&["s.xml", "--spp=4", "--shard=1/2"], &["samples of each pixel: 0 to 3, not 0 to 1"]);
     refuses(
@@ -157,6 +158,48 @@ fn no_checkpoint_is_lost_or_taken_for_what_it_is_not() {
     desk.refuses(
         &["render", "s.xml", "--spp=2", "--shard=1/2", "-o", "a.png"],
         &["a.png: a shard needs an output whose name ends in .exr: no other can hold its sums"],
+    );
+}
+
+/// Changes what a file of sums says of itself, and makes it look unharmed.
+fn falsify(desk: &Desk, name: &str, from: &str, to: &str) {
+    let mut image = read_all_flat_layers_from_file(desk.path(name)).unwrap();
+    let layer = &mut image.layer_data[0];
+    let planes: Vec<Plane> = layer
+        .channel_data
+        .list
+        .iter()
+        .filter_map(|channel| match &channel.sample_data {
+            FlatSamples::U32(v) => {
+                Some(Plane { name: channel.name.to_string(), values: PlaneValues::Whole(v.clone()) })
+            }
+            _ => None,
+        })
+        .collect();
+    let attributes = &mut layer.attributes.other;
+    let Some(AttributeValue::Text(record)) = attributes.get(&Text::from("snell.record")) else { panic!("no record") };
+    let changed = record.to_string().replacen(from, to, 1);
+    assert_ne!(changed, record.to_string());
+    let mut metadata = Metadata::default();
+    sums_file::seal(&mut metadata, &changed, &planes);
+    let texts = metadata.texts.iter();
+    attributes.extend(texts.map(|(n, v)| (Text::from(n.as_str()), AttributeValue::Text(Text::from(v.as_str())))));
+    image.write().to_file(desk.path(name)).unwrap();
+}
+
+#[test]
+fn what_a_file_says_of_itself_is_checked() {
+    let desk = Desk::new();
+    fs::write(desk.path("s.xml"), scene_text("")).unwrap();
+    let kept = ["render", "s.xml", "--spp=2", "-q", "-o", "a.exr", "--checkpoint", "c.exr", "--resume"];
+    desk.succeeds(&kept);
+    falsify(&desk, "c.exr", r#""missing":[]"#, r#""missing":[7]"#);
+    desk.refuses(&kept, &["c.exr: the checkpoint contradicts itself"]);
+    desk.succeeds(&["render", "s.xml", "--spp=2", "-q", "--shard=1/1", "-o", "p.exr"]);
+    falsify(&desk, "p.exr", r#""complete":true"#, r#""complete":false"#);
+    desk.refuses(
+        &["merge", "p.exr", "-o", "m.exr"],
+        &["p.exr: this part is not finished: resume it, or render it again"],
     );
 }
 

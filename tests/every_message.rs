@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Messages that need what a test cannot have.
-const UNTESTED: [(&str, &str); 11] = [
+const UNTESTED: [(&str, &str); 12] = [
     ("cannot start {count}: {e}", "the system must have run out of threads"),
     ("a thread for every core", "as above"),
     ("{} samples/s, {} rays/s", "needs a terminal"),
@@ -14,6 +14,7 @@ const UNTESTED: [(&str, &str); 11] = [
     ("the mesh has too many vertices", "the file must be larger than 12 GB"),
     ("a coordinate is not a finite number", "a fault has a line; this is for what the parser may yet find"),
     ("cannot read materials: {e}", "the parser reads whatever is there"),
+    ("cannot read it again for the checkpoint: {e}", "the file must vanish between two looks at it"),
     ("the type of its samples is not known", "what decodes pictures has no other types so far"),
     ("this cannot be a part of a bsdf", "every kind that is no combination of others is a part"),
     ("the scene itself", "an area light that is a child of the scene is there to be referred to"),
