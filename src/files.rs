@@ -5,8 +5,14 @@
 //! nothing outside is read even where somebody exchanges folders and links meanwhile; elsewhere there is no such second
 //! look. What is told of a file outside is the same whether or not it is there. Hard links and mounts inside of the folder are
 //! inside.
+//!
+//! Whoever reads a file also finds here how much memory that may take ([`Memory`]).
 
-use std::collections::BTreeSet;
+mod memory;
+
+pub use memory::Memory;
+
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, Metadata};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -14,13 +20,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Where input files may be, and those that were read. Clones share both.
 #[derive(Clone, Debug, Default)]
-pub struct Files(Arc<Shared>);
-
-#[derive(Debug, Default)]
-struct Shared {
-    folder: Option<Folder>,
+pub struct Files {
+    place: Arc<Place>,
     /// With links resolved.
-    read: Mutex<BTreeSet<PathBuf>>,
+    read: Arc<Mutex<BTreeSet<PathBuf>>>,
+    memory: Memory,
+}
+
+/// Where files may be.
+#[derive(Debug, Default)]
+enum Place {
+    #[default]
+    Anywhere,
+    Inside(Folder),
+    /// Nowhere on any disk: path and content of each.
+    Held(BTreeMap<PathBuf, Vec<u8>>),
 }
 
 /// The folder outside of which nothing is read.
@@ -41,13 +55,34 @@ impl Files {
         if !path.is_dir() {
             return Err("is not a folder".into());
         }
-        let folder = Folder { name: folder.to_owned(), path };
-        Ok(Self(Arc::new(Shared { folder: Some(folder), read: Mutex::default() })))
+        let place = Place::Inside(Folder { name: folder.to_owned(), path });
+        Ok(Self { place: Arc::new(place), ..Self::default() })
+    }
+
+    /// These alone, and nothing of any disk: for who has a scene in memory, as fuzzers do.
+    pub fn held(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
+        Self { place: Arc::new(Place::Held(files.into_iter().collect())), ..Self::default() }
+    }
+
+    /// The same, with a limit to the memory that what is read may take.
+    #[must_use]
+    pub fn within(self, memory: Memory) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// What is left of the memory that what is read may take.
+    pub fn memory(&self) -> &Memory {
+        &self.memory
     }
 
     /// The bytes of a regular file of at most `limit` bytes, or the reason why not.
     pub fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, String> {
         let resolved = self.resolve(path)?;
+        if let Place::Held(files) = &*self.place {
+            let bytes = files.get(&resolved).ok_or_else(|| self.refused())?;
+            self.note(resolved);
+            return Ok(bytes.clone());
+        }
         // Before it is opened, for opening a pipe waits for its other end; and after, for it may be another by then.
         check_regular(std::fs::metadata(&resolved))?;
         let file = File::open(&resolved).map_err(|e| e.to_string())?;
@@ -56,40 +91,55 @@ impl Files {
         if about.len() > limit {
             return Err(format!("is larger than {limit} bytes"));
         }
+        self.memory.check(about.len()).map_err(|m| format!("the file {m}"))?;
         let mut bytes = Vec::new();
         bytes.try_reserve_exact(about.len() as usize).map_err(|e| e.to_string())?;
         // The file may grow while it is read; the limit holds all the same.
         file.take(limit).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
-        self.0.read.lock().unwrap_or_else(PoisonError::into_inner).insert(resolved);
+        self.note(resolved);
         Ok(bytes)
+    }
+
+    fn note(&self, path: PathBuf) {
+        self.read.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
     }
 
     /// Whether there is such a file or folder, and it may be read.
     pub fn has(&self, path: &Path) -> bool {
-        self.resolve(path).is_ok_and(|path| path.exists())
+        match (&*self.place, self.resolve(path)) {
+            (Place::Held(files), Ok(path)) => files.contains_key(&path),
+            (_, resolved) => resolved.is_ok_and(|path| path.exists()),
+        }
     }
 
     /// One path for all names of a file; the name itself where there is none or it must not be known.
     pub fn identity(&self, path: &Path) -> PathBuf {
-        self.resolve(path).ok().and_then(|path| path.canonicalize().ok()).unwrap_or_else(|| path.to_owned())
+        match (&*self.place, self.resolve(path)) {
+            (Place::Anywhere | Place::Inside(_), Ok(path)) => path,
+            _ => path.to_owned(),
+        }
     }
 
     /// What to say after "there is no file 'name'" of where it must be: nothing, or which folder holds all that is read.
     pub fn confinement(&self) -> String {
-        self.0.folder.as_ref().map_or_else(String::new, |f| format!(" inside of '{}' (--confine)", f.name.display()))
+        match &*self.place {
+            Place::Inside(folder) => format!(" inside of '{}' (--confine)", folder.name.display()),
+            Place::Anywhere | Place::Held(_) => String::new(),
+        }
     }
 
     /// All that was read, each once, with links resolved, sorted.
     pub fn read_so_far(&self) -> Vec<PathBuf> {
-        self.0.read.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+        self.read.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
     }
 
     /// With links resolved, if that is inside.
     fn resolve(&self, path: &Path) -> Result<PathBuf, String> {
-        match &self.0.folder {
+        match &*self.place {
+            Place::Held(_) => Ok(path.to_owned()),
             // What cannot be resolved is named when it is opened.
-            None => Ok(path.canonicalize().unwrap_or_else(|_| path.to_owned())),
-            Some(folder) => {
+            Place::Anywhere => Ok(path.canonicalize().unwrap_or_else(|_| path.to_owned())),
+            Place::Inside(folder) => {
                 path.canonicalize().ok().filter(|p| p.starts_with(&folder.path)).ok_or_else(|| self.refused())
             }
         }
@@ -103,7 +153,7 @@ impl Files {
     #[cfg(target_os = "linux")]
     fn check_opened(&self, file: &File) -> Result<(), String> {
         use std::os::fd::AsRawFd;
-        let Some(folder) = &self.0.folder else { return Ok(()) };
+        let Place::Inside(folder) = &*self.place else { return Ok(()) };
         let path = std::fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd()))
             .map_err(|e| format!("cannot tell whether it is inside of '{}': {e}", folder.name.display()))?;
         if path.starts_with(&folder.path) { Ok(()) } else { Err(self.refused()) }
@@ -219,7 +269,19 @@ mod tests {
         assert_eq!(files.read(&path.join("in/file"), 1), Err("is larger than 1 bytes".into()));
         assert!(files.read(&path.join("none"), LIMIT).unwrap_err().contains("No such file"));
         assert_eq!(files.read_so_far(), [path.join("in-not/file")]);
+        let small = Files::default().within(Memory::limited(1));
+        let refused = "the file takes 0.0 MiB, which beside 0.0 MiB in use is more than the 0.0 MiB of --memory-limit";
+        assert_eq!(small.read(&path.join("in/file"), LIMIT), Err(refused.into()));
         assert_eq!(Files::inside(&path.join("in/file")).unwrap_err(), "is not a folder");
         assert!(Files::inside(&path.join("none")).is_err());
+    }
+
+    #[test]
+    fn held_files_hide_all_others() {
+        let files = Files::held([(PathBuf::from("a"), b"1".to_vec())]);
+        assert_eq!(files.read(Path::new("a"), LIMIT).unwrap(), b"1");
+        assert!(files.has(Path::new("a")) && !files.has(Path::new("/")));
+        assert_eq!(files.read(Path::new("/etc/passwd"), LIMIT).unwrap_err(), "there is no such file");
+        assert_eq!(files.read_so_far(), [Path::new("a")]);
     }
 }

@@ -6,14 +6,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Messages that need what a test cannot have.
-const UNTESTED: [(&str, &str); 12] = [
+const UNTESTED: [(&str, &str); 11] = [
     ("cannot start {count}: {e}", "the system must have run out of threads"),
     ("a thread for every core", "as above"),
     ("{} samples/s, {} rays/s", "needs a terminal"),
     ("{bar:30} {percent:>3} %  {msg}  {elapsed} gone, {eta} left", "needs a terminal"),
     ("the mesh has too many vertices", "the file must be larger than 12 GB"),
     ("a coordinate is not a finite number", "a fault has a line; this is for what the parser may yet find"),
-    ("cannot read materials: {e}", "the parser reads whatever is there"),
     ("cannot read it again for the checkpoint: {e}", "the file must vanish between two looks at it"),
     ("the type of its samples is not known", "what decodes pictures has no other types so far"),
     ("this cannot be a part of a bsdf", "every kind that is no combination of others is a part"),

@@ -51,7 +51,12 @@ impl Choice {
     /// the highest that pays ([`Accel::RAYS_FOR_HIGH`], [`Accel::RAYS_FOR_MEDIUM`]).
     #[must_use]
     pub fn new(accelerator: Accelerator, quality: Option<Quality>, shapes: &[Shape], rays: f64) -> Self {
-        let triangles = Native::triangles(shapes);
+        Self::for_triangles(accelerator, quality, Native::triangles(shapes), rays)
+    }
+
+    /// The same for so many triangles outside of groups.
+    #[must_use]
+    pub fn for_triangles(accelerator: Accelerator, quality: Option<Quality>, triangles: usize, rays: f64) -> Self {
         let each = rays / triangles.max(1) as f64;
         let (accelerator, who) = match accelerator {
             Accelerator::Auto if triangles <= Accel::FEW_TRIANGLES => (Accelerator::Native, "few triangles"),

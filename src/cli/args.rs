@@ -6,6 +6,7 @@ pub(super) use keep::{KeepArgs, MergeArgs, Shard};
 
 use crate::accel::{Accelerator, Quality};
 use crate::error::Error;
+use crate::files::Memory;
 use crate::film::SampleId;
 use crate::image::Crop;
 use crate::integrator::{Estimator, MOST_CANDIDATES};
@@ -209,6 +210,9 @@ pub(super) struct SceneArgs {
     /// Read nothing that is not inside of this folder, whatever the scene names; for scenes of strangers.
     #[arg(long, value_name = "DIR")]
     pub(super) confine: Option<PathBuf>,
+    /// Most memory to use, as 500M or 2G: what would take more is refused, with the figures, before it is built.
+    #[arg(long, value_name = "SIZE", value_parser = Memory::parse)]
+    pub(super) memory_limit: Option<Memory>,
     /// Which of the scene's cameras, counted from 0.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(super) camera: usize,

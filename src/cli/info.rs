@@ -1,7 +1,7 @@
 //! `snell info`: what a scene holds and needs.
 
 use super::args::SceneArgs;
-use super::prepare::{self, Prepared};
+use super::prepare::{self, Prepared, describe, mib};
 use crate::description::{SceneDescription, Texture, TextureKind};
 use crate::error::Result;
 use crate::image::Raster;
@@ -69,6 +69,7 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     line("space", format!("centre ({}, {}, {}), lengths × 2^{}", c.x, c.y, c.z, libm::log2(scene.unit)));
     line("accelerator", accelerator(&p));
     line("memory", memory(&p));
+    line("expected", format!("at most {}", describe(&p.memory)));
     for unused in &p.description.inventory.unused {
         line("not used", unused.clone());
     }
@@ -162,10 +163,6 @@ fn mesh_bytes(scene: &Scene) -> u64 {
         };
     }
     sum
-}
-
-fn mib(bytes: u64) -> String {
-    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }
 
 /// The radiant flux of every light (of the first few) and of all together, in watts, the file's unit of length being the

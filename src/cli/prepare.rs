@@ -4,11 +4,12 @@ use super::args::SceneArgs;
 use crate::accel::Choice;
 use crate::description::{Film, SceneDescription};
 use crate::error::{Error, Result};
-use crate::files::Files;
+use crate::files::{Files, Memory};
 use crate::image::{Area, Crop};
 use crate::loader::{self, LoadOptions, Sky};
 use crate::scene::Scene;
 use crate::scene::compile::{CompileOptions, compile};
+use crate::scene::predict::{Prediction, predict};
 use rayon::ThreadPool;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -28,6 +29,20 @@ pub(super) struct Prepared {
     pub(super) accel_choice: Choice,
     /// Building the accelerator.
     pub(super) build: Duration,
+    /// What all that was expected to take.
+    pub(super) memory: Prediction,
+    limit: Memory,
+}
+
+impl Prepared {
+    /// An error if the sums of the film, with so many bytes a pixel beside radiance, are more than there is memory for, or more
+    /// than the user lets snell have beside all else.
+    pub(super) fn check_film(&self, beside: u64) -> Result<()> {
+        let pixels = Area::from(self.scene.film.crop).pixels();
+        let film = crate::film::Film::bytes(pixels) + pixels * beside;
+        check_limit(&Prediction { film, ..self.memory }, &self.limit)?;
+        check_memory(film)
+    }
 }
 
 /// The threads to work with.
@@ -51,6 +66,8 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &
             Files::inside(folder).map_err(|m| Error::Usage(format!("--confine: '{}': {m}", folder.display())))?
         }
     };
+    let limit = args.memory_limit.as_ref().and_then(Memory::limit).map_or_else(Memory::default, Memory::limited);
+    let files = files.within(limit.clone());
     let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs, sky, files };
     let mut description = pool.install(|| loader::load(&args.scene, &options))?;
     let files = options.files.read_so_far();
@@ -63,13 +80,30 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &
         camera: args.camera,
         samples,
     };
+    let film = crate::film::Film::bytes(film_pixels(&description, args.camera));
+    let memory = Prediction { film, ..predict(&description, &options) };
+    check_limit(&memory, &limit)?;
     let compiled = pool.install(|| compile(&description, &options))?;
     let mut warnings = description.warnings.clone();
     warnings.extend(compiled.warnings);
     let (accel_choice, build) = (compiled.accel_choice, compiled.accel_build);
     let (scene, light_names) = (compiled.scene, compiled.light_names);
+<<<<<<< HEAD
     let load = start.elapsed() - build;
     Ok(Prepared { description, files, scene, light_names, warnings, load, accel_choice, build })
+=======
+    Ok(Prepared {
+        description,
+        scene,
+        light_names,
+        warnings,
+        load: start.elapsed() - build,
+        accel_choice,
+        build,
+        memory,
+        limit,
+    })
+>>>>>>> fuzz
 }
 
 /// Puts the size and crop of the arguments into the film of the camera that is used.
@@ -97,10 +131,41 @@ fn adjust_film(description: &mut SceneDescription, args: &SceneArgs) -> Result<(
     check_memory(crate::film::Film::bytes(Area::from(film.crop).pixels()))
 }
 
-/// An error if the sums of the scene's film, with so many bytes a pixel beside radiance, are more than there is memory for.
-pub(super) fn check_film(scene: &Scene, beside: u64) -> Result<()> {
-    let pixels = Area::from(scene.film.crop).pixels();
-    check_memory(crate::film::Film::bytes(pixels) + pixels * beside)
+/// Pixels to render with a camera, if there is one.
+fn film_pixels(description: &SceneDescription, camera: usize) -> u64 {
+    description.cameras.get(camera).map_or(0, |camera| Area::from(camera.film.crop).pixels())
+}
+
+/// An error, with the figures, if more memory is expected to be needed than the user lets snell have.
+fn check_limit(memory: &Prediction, limit: &Memory) -> Result<()> {
+    match limit.limit() {
+        Some(limit) if memory.total() > limit => Err(Error::Usage(format!(
+            "--memory-limit: the scene would take about {}, more than {}",
+            describe(memory),
+            mib(limit)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The figures, in all and by kind.
+pub(super) fn describe(memory: &Prediction) -> String {
+    let &Prediction { program, description, pictures, compiled, accelerator, film } = memory;
+    let parts = [
+        ("program", program),
+        ("description", description),
+        ("pictures", pictures),
+        ("shapes and lights", compiled),
+        ("accelerator", accelerator),
+        ("film", film),
+    ];
+    let parts: Vec<String> = parts.into_iter().map(|(name, bytes)| format!("{name} {}", mib(bytes))).collect();
+    format!("{}: {}", mib(memory.total()), parts.join(", "))
+}
+
+/// For people.
+pub(super) fn mib(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }
 
 /// An error if the system says already now that it will not give so many bytes for the film, rather than in the middle of

@@ -51,7 +51,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let format = pixel_format(args, &prepared);
     let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
     beside.tell(integrator != IntegratorName::Direct, settings.samples);
-    prepare::check_film(&prepared.scene, beside.bytes(&prepared.scene))?;
+    prepared.check_film(beside.bytes(&prepared.scene))?;
     if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
         say(format_args!(
             "warning: the channels beside the picture are not written: only a file named .exr can hold them"

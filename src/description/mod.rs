@@ -345,6 +345,17 @@ pub struct Mesh {
     pub faces: Vec<[u32; 3]>,
 }
 
+impl Mesh {
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> u64 {
+        let vectors =
+            size_of_val(&self.positions[..]) + size_of_val(&self.normals[..]) + size_of_val(&self.tangents[..]);
+        let uvs = std::iter::once(&self.uvs).chain(&self.more_uvs).map(|set| size_of_val(&set[..])).sum::<usize>();
+        let attributes = self.attributes.iter().map(|a| size_of_val(&a.values[..])).sum::<usize>();
+        (vectors + uvs + attributes + size_of_val(&self.faces[..])) as u64
+    }
+}
+
 /// Numbers that a file gives for the vertices or faces of a mesh: a grey, or a linear colour, or that and an opacity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {

@@ -2,7 +2,7 @@
 
 use super::raster::{Raster, Samples};
 use crate::error::{Error, Result};
-use crate::files::Files;
+use crate::files::{Files, Memory};
 use exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers};
 use half::f16;
 use image::codecs::hdr::HdrDecoder;
@@ -32,30 +32,35 @@ pub(super) struct Decoded {
 pub(super) fn read(path: &Path) -> Result<Decoded> {
     let fail = |m: String| Error::file(path, format!("cannot read the picture: {m}"));
     let bytes = Files::default().read(path, MAX_PICTURE_BYTES).map_err(fail)?;
-    decode(&bytes, ImageFormat::from_path(path).ok(), false).map_err(fail)
+    decode(&bytes, ImageFormat::from_path(path).ok(), false, &Memory::default()).map_err(fail)
 }
 
 /// The picture that the bytes of a file are. EXR: the first layer with channels R, G and B, or Y, of half, float or integer
 /// type, and A. Radiance HDR: its values as they are. Others: colours decoded by the sRGB transfer function unless `raw`.
 /// `named` is the format that the file's name says, which counts only for files that do not say theirs (TGA).
 ///
-/// Fails, with the reason, where they are of no such format or have no such channels.
-pub(super) fn decode(bytes: &[u8], named: Option<ImageFormat>, raw: bool) -> std::result::Result<Decoded, String> {
+/// Fails, with the reason, where they are of no such format or have no such channels, or `memory` does not suffice.
+pub(super) fn decode(
+    bytes: &[u8],
+    named: Option<ImageFormat>,
+    raw: bool,
+    memory: &Memory,
+) -> std::result::Result<Decoded, String> {
     /// The first bytes of an OpenEXR file.
     const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
     if bytes.starts_with(&EXR_MAGIC) {
-        return decode_exr(bytes);
+        return decode_exr(bytes, memory);
     }
     // What follows is the name of a program.
     if bytes.starts_with(b"#?") {
-        return HdrDecoder::new_nonstrict(bytes).map_err(|e| e.to_string()).and_then(|d| decode_with(d, raw));
+        return HdrDecoder::new_nonstrict(bytes).map_err(|e| e.to_string()).and_then(|d| decode_with(d, raw, memory));
     }
     let format = image::guess_format(bytes).ok().or(named).filter(|format| OTHERS.contains(format));
     let format = format.ok_or("it is none of OpenEXR, Radiance HDR, PNG, JPEG, BMP and TGA")?;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     // The size is checked below, before there is memory for the pixels.
     reader.no_limits();
-    reader.into_decoder().map_err(|e| e.to_string()).and_then(|d| decode_with(d, raw))
+    reader.into_decoder().map_err(|e| e.to_string()).and_then(|d| decode_with(d, raw, memory))
 }
 
 /// Width and height as numbers of 32 bits, unless there are too many pixels.
@@ -66,9 +71,15 @@ pub(super) fn check_size(width: usize, height: usize) -> std::result::Result<(u3
     }
 }
 
-fn decode_with(decoder: impl ImageDecoder, raw: bool) -> std::result::Result<Decoded, String> {
+/// An error where the samples of a picture do not fit into the memory.
+fn check_memory(memory: &Memory, (width, height): (u32, u32), bytes: u64) -> std::result::Result<(), String> {
+    memory.check(bytes).map_err(|m| format!("{width}x{height} pixels: that {m}"))
+}
+
+fn decode_with(decoder: impl ImageDecoder, raw: bool, memory: &Memory) -> std::result::Result<Decoded, String> {
     let (width, height) = decoder.dimensions();
     let size = check_size(width as usize, height as usize)?;
+    check_memory(memory, size, decoder.total_bytes())?;
     let image = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
     let channels = u32::from(image.color().channel_count());
     let samples = match image {
@@ -88,11 +99,18 @@ fn decode_with(decoder: impl ImageDecoder, raw: bool) -> std::result::Result<Dec
 }
 
 /// The first layer that has known channels, at full resolution.
-fn decode_exr(bytes: &[u8]) -> std::result::Result<Decoded, String> {
+fn decode_exr(bytes: &[u8], memory: &Memory) -> std::result::Result<Decoded, String> {
     let pedantic = false;
     let meta = exr::meta::MetaData::read_from_buffered(bytes, pedantic).map_err(|e| e.to_string())?;
+    let mut total = 0;
     for header in &meta.headers {
-        check_size(header.layer_size.width(), header.layer_size.height())?;
+        let (width, height) = check_size(header.layer_size.width(), header.layer_size.height())?;
+        let pixel: u64 = header.channels.list.iter().map(|c| c.sample_type.bytes_per_sample() as u64).sum();
+        total += u64::from(width) * u64::from(height) * pixel;
+        if total > MAX_PICTURE_BYTES {
+            return Err(format!("its layers have more than {MAX_PICTURE_BYTES} bytes of pixels"));
+        }
+        check_memory(memory, (width, height), total)?;
     }
     let image = exr::prelude::read()
         .no_deep_data()
@@ -152,7 +170,7 @@ mod tests {
 
     #[test]
     fn what_is_no_known_picture_is_an_error_that_says_so() {
-        let error = |bytes: &[u8]| decode(bytes, None, true).err().unwrap();
+        let error = |bytes: &[u8]| decode(bytes, None, true, &Memory::default()).err().unwrap();
         let unknown = "it is none of OpenEXR, Radiance HDR, PNG, JPEG, BMP and TGA";
         assert_eq!([error(b"words"), error(b"GIF89a")], [unknown, unknown]);
         // A header without the rest.

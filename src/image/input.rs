@@ -3,6 +3,7 @@
 use super::decode::{self, Decoded};
 use super::{Picture, Raster};
 use crate::error::Result;
+use crate::files::Memory;
 use image::ImageFormat;
 use std::path::Path;
 
@@ -23,9 +24,9 @@ pub fn read(path: &Path) -> Result<PictureFile> {
 }
 
 /// The same for the bytes of a file; `named` is the format that its name says, which counts only for files that do not say
-/// theirs (TGA).
-pub fn decode(bytes: &[u8], named: Option<ImageFormat>) -> std::result::Result<PictureFile, String> {
-    decode::decode(bytes, named, false).map(PictureFile::from)
+/// theirs (TGA). Also fails where it takes more than `memory` has.
+pub fn decode(bytes: &[u8], named: Option<ImageFormat>, memory: &Memory) -> std::result::Result<PictureFile, String> {
+    decode::decode(bytes, named, false, memory).map(PictureFile::from)
 }
 
 impl From<Decoded> for PictureFile {

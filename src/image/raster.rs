@@ -2,6 +2,7 @@
 
 use super::blocks::Blocks;
 use super::{Picture, decode};
+use crate::files::Memory;
 use crate::spectrum::{Rgb, srgb_to_linear};
 use glam::Vec3;
 use half::f16;
@@ -87,9 +88,14 @@ impl Raster {
     /// function of sRGB unless the file's numbers are wanted `raw`; alpha and floating-point samples are linear as they are.
     /// `named` is the format that the file's name says, which counts only for files that do not say theirs (TGA).
     ///
-    /// Fails, with the reason, where they are none of these or have no known channels.
-    pub fn decode(bytes: &[u8], named: Option<ImageFormat>, raw: bool) -> std::result::Result<Self, String> {
-        Ok(decode::decode(bytes, named, raw)?.raster)
+    /// Fails, with the reason, where they are none of these or have no known channels, or take more than `memory` has.
+    pub fn decode(
+        bytes: &[u8],
+        named: Option<ImageFormat>,
+        raw: bool,
+        memory: &Memory,
+    ) -> std::result::Result<Self, String> {
+        Ok(decode::decode(bytes, named, raw, memory)?.raster)
     }
 
     pub(super) fn new((width, height): (u32, u32), channels: u32, samples: Samples, raw: bool) -> Self {

@@ -2,7 +2,7 @@
 
 use super::source::MAX_TEXT_BYTES;
 use crate::description::{BsdfKind, MicrofacetDistribution, Microfacets};
-use crate::error::{Error, Result};
+use crate::error::{Error, Position, Result, Span};
 use crate::files::Files;
 use crate::spectrum::Rgb;
 use std::path::Path;
@@ -32,9 +32,24 @@ const MIN_ALPHA: f64 = 1e-3;
 pub(crate) fn read(files: &Files, path: &Path) -> Result<Vec<Material>> {
     let bytes = files.read(path, MAX_TEXT_BYTES).map_err(|e| Error::file(path, e))?;
     let text = String::from_utf8_lossy(&bytes);
+    if let Some((line, key)) = short_colour(&text) {
+        let at = Span { file: path.into(), position: Position::Line(u32::try_from(line).unwrap_or(u32::MAX)) };
+        return Err(Error::scene(&at, format!("expected three numbers after '{key}'")));
+    }
     let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes())
         .map_err(|e| Error::file(path, format!("cannot read materials: {e}")))?;
     Ok(materials.into_iter().map(material).collect())
+}
+
+/// The first colour of less than three numbers, of which the parser would make a panic, and its line.
+fn short_colour(text: &str) -> Option<(usize, &str)> {
+    const COLOURS: [&str; 4] = ["Ka", "Kd", "Ks", "Ke"];
+    // As the parser takes lines.
+    text.lines().enumerate().find_map(|(i, line)| {
+        let mut words = line.split_whitespace();
+        let key = words.next().filter(|key| COLOURS.contains(key))?;
+        (words.count() < 3).then_some((i + 1, key))
+    })
 }
 
 fn colour(channels: Option<[f64; 3]>) -> Option<Rgb> {
@@ -107,6 +122,17 @@ mod tests {
         for (text, ior) in [("d 0.1\nNi 1.33\n", 1.33), ("illum 7\n", 1.5), ("illum 4\nNi 1.0\n", 1.5)] {
             assert!(matches!(kind_of(text).kind, BsdfKind::Dielectric { int_ior, .. } if int_ior == ior), "{text}");
         }
+    }
+
+    #[test]
+    fn colours_of_less_than_three_numbers_are_refused() {
+        let fault = |text: &str| {
+            let files = Files::held([("m.mtl".into(), text.as_bytes().to_vec())]);
+            read(&files, Path::new("m.mtl")).unwrap_err().to_string()
+        };
+        assert_eq!(fault("newmtl a\nKd 1 1 1\n Ks 0.98 0.1\n"), "m.mtl:3: expected three numbers after 'Ks'");
+        assert_eq!(fault("Ke\n"), "m.mtl:1: expected three numbers after 'Ke'");
+        assert!(fault("newmtl a\nNs x\n").contains("m.mtl: cannot read materials: "));
     }
 
     #[test]

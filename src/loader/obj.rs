@@ -76,7 +76,7 @@ fn parse(bytes: &[u8], uvs: bool) -> std::result::Result<(Mesh, Materials), Faul
 /// The statements that matter to the mesh, one a line, and what the others say of materials.
 fn filter(bytes: &[u8], uvs: bool) -> std::result::Result<(Vec<u8>, Materials), Fault> {
     let mut out = Vec::with_capacity(bytes.len());
-    let (mut materials, mut triangles) = (Materials::default(), 0);
+    let (mut materials, mut triangles, mut so_far) = (Materials::default(), 0, [0_i64; 3]);
     let mut lines = Lines::new(bytes);
     while let Some((line, statement)) = lines.next_statement() {
         let mut words = words(&statement);
@@ -86,6 +86,7 @@ fn filter(bytes: &[u8], uvs: bool) -> std::result::Result<(Vec<u8>, Materials), 
             Some(keyword @ b"vt") if uvs => (keyword, 2),
             Some(b"vt") => {
                 // Only their number is needed.
+                so_far[TEXTURE_COORDINATE] += 1;
                 out.extend_from_slice(b"vt 0 0\n");
                 continue;
             }
@@ -101,6 +102,15 @@ fn filter(bytes: &[u8], uvs: bool) -> std::result::Result<(Vec<u8>, Materials), 
             _ => continue,
         };
         out.extend_from_slice(keyword);
+        if keyword == b"f" {
+            let mut corners = words.clone().take_while(|word| !word.starts_with(b"#"));
+            let from_end = corners.find_map(|word| unbounded_fault(word, so_far));
+            if let Some(message) = from_end {
+                return Err(find_fault(bytes, uvs).unwrap_or((Some(line), message)));
+            }
+        } else if let Some(kind) = list_of(keyword) {
+            so_far[kind] += 1;
+        }
         let mut count = 0;
         for word in words.take(most).take_while(|word| !word.starts_with(b"#")) {
             out.push(b' ');
@@ -179,7 +189,7 @@ fn corner_fault(word: &str, so_far: [i64; 3], totals: [i64; 3]) -> Option<String
         let Ok(index) = part.parse::<i64>() else {
             return Some(format!("'{part}' is not an index"));
         };
-        let fits = if index < 0 { -index <= so_far[kind] } else { index >= 1 && index <= totals[kind] };
+        let fits = if index < 0 { index >= -so_far[kind] } else { index >= 1 && index <= totals[kind] };
         if !fits {
             let (name, total) = (NAMES[kind], totals[kind]);
             return Some(format!("the {name} index {index} is out of range; the file has {total}"));
@@ -188,7 +198,16 @@ fn corner_fault(word: &str, so_far: [i64; 3], totals: [i64; 3]) -> Option<String
     None
 }
 
-fn words(statement: &[u8]) -> impl Iterator<Item = &[u8]> {
+/// What is wrong with a corner whose indices the parser would take modulo 2⁶⁴: those that count from the end, and very large ones.
+fn unbounded_fault(word: &[u8], so_far: [i64; 3]) -> Option<String> {
+    /// Digits of an index that all lists together cannot reach.
+    const MANY: usize = 11;
+    let is_unbounded = |part: &[u8]| part.starts_with(b"-") || part.len() >= MANY;
+    let has_some = word.split(|&c| c == b'/').any(is_unbounded);
+    has_some.then(|| corner_fault(&String::from_utf8_lossy(word), so_far, [i64::from(u32::MAX); 3])).flatten()
+}
+
+fn words(statement: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
     statement.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
@@ -287,6 +306,19 @@ mod tests {
     fn numbers_are_double_precision() {
         let mesh = parse(b"v 1000000.0001 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", false).unwrap().0;
         assert_eq!(mesh.positions[0].x, 1000000.0001);
+    }
+
+    /// The parser takes them modulo 2⁶⁴: -6148914691236517205 would be the normal 1.
+    #[test]
+    fn indices_that_wrap_are_out_of_range() {
+        for index in ["-6148914691236517205", "-2", "6148914691236517206", "-9223372036854775808"] {
+            let (line, told) = fault(&format!("{SQUARE}vn 0 0 1\nf 1//1 2//1 3//{index} # of-a-very-long-word\n"));
+            assert_eq!(line, Some(6), "{index}");
+            assert_eq!(told, format!("the normal index {index} is out of range; the file has 1"));
+        }
+        let told = fault(&format!("{SQUARE}f -4 -3 -5\nv 0 0 1\n")).1;
+        assert_eq!(told, "the vertex index -5 is out of range; the file has 5");
+        assert!(parse(format!("{SQUARE}f -4 -3 00000000002 # of-a-very-long-word\n").as_bytes(), false).is_ok());
     }
 
     #[test]

@@ -112,7 +112,11 @@ impl Source<'_> {
     fn decode(self, files: &Files, raw: &[bool]) -> Result<Vec<Arc<Raster>>> {
         let Some((&first, others)) = raw.split_first() else { return Ok(Vec::new()) };
         let named = ImageFormat::from_path(&self.name).ok();
-        let decode = |bytes: &[u8]| Raster::decode(bytes, named, first);
+        let decode = |bytes: &[u8]| {
+            Raster::decode(bytes, named, first, files.memory())
+                // One for each way in which its numbers are taken.
+                .and_then(|r| files.memory().keep(r.memory_bytes() * (1 + others.len() as u64)).map(|()| r))
+        };
         let decoded = match &self.content {
             Content::File(path) => files.read(path, MAX_PICTURE_BYTES).and_then(|bytes| decode(&bytes)),
             Content::Bytes(bytes) => decode(bytes),

@@ -12,7 +12,7 @@ mod header;
 use super::source::MAX_DATA_BYTES;
 use crate::description::Mesh;
 use crate::error::{Error, Position, Result, Span};
-use crate::files::Files;
+use crate::files::{Files, Memory};
 use std::path::Path;
 
 /// Where in the file, and what is wrong there.
@@ -31,11 +31,13 @@ pub(crate) struct Wanted {
 /// Reads a mesh; its normals are as many as its positions, or none. So are its texture coordinates if they are wanted.
 pub(crate) fn read(files: &Files, path: &Path, wanted: Wanted) -> Result<Mesh> {
     let bytes = files.read(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
-    parse(&bytes, wanted).map_err(|(position, message)| Error::scene(&Span { file: path.into(), position }, message))
+    parse(&bytes, wanted, files.memory())
+        .map_err(|(position, message)| Error::scene(&Span { file: path.into(), position }, message))
 }
 
-fn parse(bytes: &[u8], wanted: Wanted) -> Parsed<Mesh> {
+fn parse(bytes: &[u8], wanted: Wanted, memory: &Memory) -> Parsed<Mesh> {
     let header = header::parse(bytes)?;
+    memory.check(header.mesh_bytes()).map_err(|m| (Position::Whole, format!("the mesh {m}")))?;
     body::parse(bytes, &header, wanted)
 }
 
@@ -46,6 +48,10 @@ mod tests {
 
     const PLAIN: Wanted = Wanted { uvs: false, attributes: false };
     const UVS: Wanted = Wanted { uvs: true, ..PLAIN };
+
+    fn parse(bytes: &[u8], wanted: Wanted) -> Parsed<Mesh> {
+        super::parse(bytes, wanted, &Memory::default())
+    }
 
     const HEADER: &str = "element vertex 4\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\n\
         element tag 1\nproperty list uchar short data\nproperty int n\n\

@@ -12,7 +12,7 @@
 use super::source::MAX_DATA_BYTES;
 use crate::description::Mesh;
 use crate::error::{Error, Position, Result, Span};
-use crate::files::Files;
+use crate::files::{Files, Memory};
 use flate2::bufread::ZlibDecoder;
 use glam::{DVec2, DVec3};
 use std::io::Read;
@@ -50,19 +50,19 @@ mod flags {
 /// if `uvs` asks for them.
 pub(crate) fn read(files: &Files, path: &Path, index: u32, uvs: bool) -> Result<Mesh> {
     let bytes = files.read(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
-    parse(&bytes, index, uvs)
+    parse(&bytes, index, uvs, files.memory())
         .map_err(|(position, message)| Error::scene(&Span { file: path.into(), position }, message))
 }
 
 /// Where in the file, and what is wrong there.
 type Fault = (Position, String);
 
-fn parse(bytes: &[u8], index: u32, uvs: bool) -> std::result::Result<Mesh, Fault> {
+fn parse(bytes: &[u8], index: u32, uvs: bool, memory: &Memory) -> std::result::Result<Mesh, Fault> {
     let version = version(bytes, 0)?;
     let start = if index == 0 { 0 } else { offset(bytes, version, index).map_err(|m| (Position::Whole, m))? };
     let at = Position::Byte(start as u64);
     let version = if index == 0 { version } else { self::version(bytes, start)? };
-    mesh(&bytes[start + HEADER_BYTES..], version, uvs).map_err(|message| (at, message))
+    mesh(&bytes[start + HEADER_BYTES..], version, uvs, memory).map_err(|message| (at, message))
 }
 
 /// The version of the mesh at an offset.
@@ -107,7 +107,7 @@ fn fixed<const N: usize>(bytes: &[u8]) -> [u8; N] {
 }
 
 /// The mesh whose stream `packed` begins with.
-fn mesh(packed: &[u8], version: u16, uvs: bool) -> std::result::Result<Mesh, String> {
+fn mesh(packed: &[u8], version: u16, uvs: bool, memory: &Memory) -> std::result::Result<Mesh, String> {
     let mut stream = Stream { inflated: ZlibDecoder::new(packed), chunk: Vec::new() };
     let flags = u32::from_le_bytes(stream.bytes()?);
     let size = match (flags & flags::SINGLE != 0, flags & flags::DOUBLE != 0) {
@@ -126,6 +126,9 @@ fn mesh(packed: &[u8], version: u16, uvs: bool) -> std::result::Result<Mesh, Str
     if needed > u128::from(packed.len() as u64) * u128::from(MOST_INFLATION) {
         return Err(format!("the file is too short for {vertices} vertices and {faces} triangles"));
     }
+    // In double precision, and vectors that grow hold twice what is in them at times.
+    let held = 2 * (u128::from(vertices) * u128::from(8 * per_vertex) + 12 * u128::from(faces));
+    memory.check(u64::try_from(held).unwrap_or(u64::MAX)).map_err(|m| format!("the mesh {m}"))?;
     let Ok(total) = u32::try_from(vertices) else {
         return Err("the mesh has too many vertices".into());
     };
@@ -251,6 +254,10 @@ mod tests {
     const SINGLE: u32 = flags::SINGLE;
     const DOUBLE: u32 = flags::DOUBLE;
     const ALL: u32 = flags::NORMALS | flags::UVS | flags::COLOURS;
+
+    fn parse(bytes: &[u8], index: u32, uvs: bool) -> std::result::Result<Mesh, Fault> {
+        super::parse(bytes, index, uvs, &Memory::default())
+    }
 
     /// A square of two triangles at height z, before it is deflated.
     fn content(version: u16, flags: u32, z: f64) -> Vec<u8> {

@@ -26,13 +26,15 @@ pub struct Sky {
 pub(crate) fn read_map(files: &Files, path: &Path) -> std::result::Result<(Picture, usize), String> {
     let mut map = files
         .read(path, MAX_DATA_BYTES)
-        .and_then(|bytes| decode_picture(&bytes, ImageFormat::from_path(path).ok()))
+        .and_then(|bytes| decode_picture(&bytes, ImageFormat::from_path(path).ok(), files.memory()))
         .map_err(|m| format!("cannot read '{}': {m}", path.display()))?
         .picture;
     if let Some(i) = map.pixels().iter().position(|v| !v.is_finite()) {
         let (x, y) = (i % map.width() as usize, i / map.width() as usize);
         return Err(format!("'{}' has a value that is not finite, in column {x} of row {y}", path.display()));
     }
+    let bytes = size_of_val(map.pixels()) as u64;
+    files.memory().keep(bytes).map_err(|m| format!("'{}' {m}", path.display()))?;
     let negative = map.pixels().iter().filter(|v| v.0.min_element() < 0.0).count();
     if negative > 0 {
         map.apply(|v| v.map(|c| c.max(0.0)));

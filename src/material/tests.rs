@@ -223,7 +223,7 @@ fn a_bump_tilts_the_normal_against_its_slope() {
     pixels.put_pixel(1, 1, image::Luma([255]));
     let mut png = std::io::Cursor::new(Vec::new());
     pixels.write_to(&mut png, image::ImageFormat::Png).expect("a picture in memory");
-    let image = crate::image::Raster::decode(png.get_ref(), None, true).expect("the picture");
+    let image = crate::image::Raster::decode(png.get_ref(), None, true, &Default::default()).expect("the picture");
     let bitmap = crate::texture::Bitmap { image: image.into(), bilinear: true, wrap: [crate::texture::Wrap::Clamp; 2] };
     let height = Texture { kind: TextureKind::Bitmap(bitmap), uv_set: 0, to_uv: Affine2::IDENTITY };
     // From 0 to 1 between the middles of two pixels, half a unit of u apart: a slope of 2.

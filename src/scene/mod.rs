@@ -10,6 +10,7 @@
 mod ahead;
 pub mod compile;
 mod features;
+pub mod predict;
 mod space;
 mod surface;
 

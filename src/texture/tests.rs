@@ -12,7 +12,7 @@ fn picture() -> Arc<Raster> {
     }
     let mut png = std::io::Cursor::new(Vec::new());
     pixels.write_to(&mut png, image::ImageFormat::Png).unwrap();
-    Arc::new(Raster::decode(&png.into_inner(), None, true).unwrap())
+    Arc::new(Raster::decode(&png.into_inner(), None, true, &Default::default()).unwrap())
 }
 
 fn bitmap(bilinear: bool, wrap: Wrap) -> Bitmap {
@@ -95,7 +95,7 @@ fn integer_samples_are_decoded_by_the_transfer_function_unless_raw() {
     pixels.put_pixel(0, 0, image::Luma([188]));
     let mut png = std::io::Cursor::new(Vec::new());
     pixels.write_to(&mut png, image::ImageFormat::Png).unwrap();
-    let decoded = |raw| Raster::decode(png.get_ref(), None, raw).unwrap().colour(0, 0).0.x;
+    let decoded = |raw| Raster::decode(png.get_ref(), None, raw, &Default::default()).unwrap().colour(0, 0).0.x;
     assert_eq!(decoded(true), 188.0 / 255.0);
     assert_eq!(decoded(false), crate::spectrum::srgb_to_linear(188.0 / 255.0) as f32);
 }

@@ -65,6 +65,9 @@ impl Model {
         let accessor = self.get(&self.root.accessors, index, "accessors", place)?;
         let own = format!("accessors[{index}]");
         let layout = self.layout::<N>(accessor, &own, place, for_)?;
+        // The same bytes may be asked for over and over.
+        let bytes = (layout.count * size_of::<[f64; N]>()) as u64;
+        self.files.memory().check(bytes).map_err(|m| self.error(&own, format!("it {m}")))?;
         let mut values = match accessor.buffer_view {
             Some(view) => {
                 let view = self.view(view.value(), &own)?;

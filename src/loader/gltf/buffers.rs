@@ -57,8 +57,15 @@ impl Model {
             .ok_or_else(|| self.error(&place, format!("it has {} bytes, but byteLength says {length}", bytes.len())))
     }
 
-    /// What is behind a URI: a file beside this one, or bytes in the URI itself.
+    /// What is behind a URI: a file beside this one, or bytes in the URI itself. It counts as kept: a file may name it again and
+    /// again.
     pub(super) fn behind(&self, uri: &str, place: &str) -> Result<Vec<u8>> {
+        let bytes = self.fetch(uri, place)?;
+        self.files.memory().keep(bytes.len() as u64).map_err(|m| self.error(place, format!("it {m}")))?;
+        Ok(bytes)
+    }
+
+    fn fetch(&self, uri: &str, place: &str) -> Result<Vec<u8>> {
         if let Some(data) = uri.strip_prefix("data:") {
             let Some((_, text)) = data.split_once(";base64,") else {
                 return Err(self.error(place, "expected base64 in its data: URI"));

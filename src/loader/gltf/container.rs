@@ -3,7 +3,7 @@
 use crate::error::{Error, Result, Span};
 use crate::files::Files;
 use crate::loader::source::MAX_DATA_BYTES;
-use gltf::json::Root;
+use gltf::json::{Material, Root};
 use std::ops::Range;
 use std::path::Path;
 
@@ -22,15 +22,18 @@ const HEADER_BYTES: usize = 12;
 /// Bytes before each chunk: length, type.
 const CHUNK_HEADER_BYTES: usize = 8;
 
+/// Most bytes that the form of an object takes in memory, were it `{}` in the file.
+const LARGEST_OBJECT: usize = 1 << 10;
+
 /// Reads a file of either kind, whatever it is called.
 pub(super) fn read(files: &Files, path: &Path) -> Result<Container> {
     let mut bytes = files.read(path, MAX_DATA_BYTES).map_err(|e| Error::file(path, e))?;
     let at = Span::whole(path);
     if !bytes.starts_with(MAGIC) {
-        return Ok(Container { root: parse(&at, &bytes, true)?, blob: None });
+        return Ok(Container { root: parse(files, &at, &bytes, true)?, blob: None });
     }
     let (text, blob) = chunks(&bytes).map_err(|message| Error::scene(&at, message))?;
-    let root = parse(&at, &bytes[text], false)?;
+    let root = parse(files, &at, &bytes[text], false)?;
     let blob = blob.map(|range| {
         bytes.truncate(range.end);
         bytes.drain(..range.start);
@@ -39,7 +42,10 @@ pub(super) fn read(files: &Files, path: &Path) -> Result<Container> {
     Ok(Container { root, blob })
 }
 
-fn parse(at: &Span, text: &[u8], is_file: bool) -> Result<Root> {
+fn parse(files: &Files, at: &Span, text: &[u8], is_file: bool) -> Result<Root> {
+    const { assert!(size_of::<Material>() <= LARGEST_OBJECT) };
+    let most = text.iter().filter(|&&byte| byte == b'{').count() * LARGEST_OBJECT + text.len();
+    files.memory().check(most as u64).map_err(|m| Error::scene(at, format!("its JSON {m}")))?;
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     gltf::json::deserialize::from_slice(text).map_err(|e| {
         let message = e.to_string();

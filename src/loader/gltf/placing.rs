@@ -46,7 +46,7 @@ pub(super) fn read(model: &Model, nodes: &Nodes, materials: &mut Materials<'_>) 
     let mut placed = Placed::default();
     for group in uses(model, nodes)? {
         let parts = parts(model, nodes, materials, &group)?;
-        placed.add(model, parts, &group.places);
+        placed.add(model, parts, &group.places)?;
     }
     Ok(placed)
 }
@@ -96,6 +96,7 @@ fn parts(model: &Model, nodes: &Nodes, materials: &mut Materials<'_>, group: &Us
         let mirrored = group.mirrored != pose.mirrors();
         if let Some(mesh) = primitives::read(model, primitive, &place, &look.wanted, &pose, mirrored)? {
             let name = if mesh_parts > 1 { format!("{name}[{number}]") } else { name.clone() };
+            model.files.memory().keep(mesh.memory_bytes()).map_err(|m| model.error(&place, format!("it {m}")))?;
             parts.push(Part { name, mesh: Arc::new(mesh), look });
         }
     }
@@ -103,7 +104,7 @@ fn parts(model: &Model, nodes: &Nodes, materials: &mut Materials<'_>, group: &Us
 }
 
 impl Placed {
-    fn add(&mut self, model: &Model, parts: Vec<Part>, places: &[DAffine3]) {
+    fn add(&mut self, model: &Model, parts: Vec<Part>, places: &[DAffine3]) -> Result<()> {
         let is_lit = |part: &Part| part.look.emission.is_some();
         let triangles: usize = parts.iter().filter(|part| !is_lit(part)).map(|part| part.mesh.faces.len()).sum();
         let shared = triangles.saturating_mul(places.len() - 1) >= WORTH_SHARING;
@@ -120,11 +121,18 @@ impl Placed {
         };
         // What emits cannot be in a group.
         let (inside, alone): (Vec<&Part>, Vec<&Part>) = parts.iter().partition(|part| shared && !is_lit(part));
+        // A file names a place by some bytes, and each place of what stands alone is a shape, whose points are all looked at.
+        let of_alone =
+            |part: &&Part| (size_of::<Shape>() + part.name.len() + size_of_val(&part.mesh.positions[..])) as u64;
+        let of_place = alone.iter().map(of_alone).sum::<u64>() + size_of::<Instance>() as u64;
+        let bytes = of_place.saturating_mul(places.len() as u64);
+        let name = parts.first().map_or("", |part| &part.name);
+        model.files.memory().check(bytes).map_err(|m| model.error(name, format!("{} times, it {m}", places.len())))?;
         for &place in places {
             self.shapes.extend(alone.iter().filter_map(|part| shape(part, place)));
         }
         if inside.is_empty() {
-            return;
+            return Ok(());
         }
         let group = GroupId(self.groups.len());
         let name = inside[0].name.clone();
@@ -132,6 +140,7 @@ impl Placed {
         self.groups.push(Group { shapes });
         let instance = |&to_world: &DAffine3| Instance { at: model.at.clone(), name: name.clone(), group, to_world };
         self.instances.extend(places.iter().map(instance));
+        Ok(())
     }
 
     /// Points around all that there is: those of shapes, and corners of the boxes around instances.

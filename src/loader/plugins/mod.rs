@@ -114,7 +114,7 @@ const MITSUBA: &[(Category, &[&str])] = &[
 ];
 
 /// Plugins that Mitsuba does not have.
-const OWN: &[(Category, &[&str])] = &[(Category::Sensor, &["panorama"])];
+const OWN: &[(Category, &[&str])] = &[(Category::Bsdf, &["oren_nayar"]), (Category::Sensor, &["panorama"])];
 
 /// Every plugin that a file may name.
 fn known(category: Category) -> impl Iterator<Item = &'static str> {

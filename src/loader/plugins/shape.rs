@@ -244,6 +244,10 @@ fn read(b: &mut Builder<'_>, p: &Params<'_>, key: &MeshKey, linear: DMat3) -> Re
     if key.flip_uvs {
         mesh.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
     }
+    files
+        .memory()
+        .keep(mesh.memory_bytes())
+        .map_err(|m| p.error("filename", format!("'{}': {}", path.display(), m)))?;
     let mut has_own_normals = true;
     if face_normals {
         mesh.normals = Vec::new();

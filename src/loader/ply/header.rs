@@ -84,6 +84,21 @@ pub(super) struct Header {
     pub(super) body_line: u32,
 }
 
+impl Header {
+    /// Bytes of a mesh of triangles with as much of everything as is declared, at most.
+    pub(super) fn mesh_bytes(&self) -> u64 {
+        let of = |element: &Element| {
+            let each = match element.name.as_str() {
+                "vertex" => 8 * element.properties.len(),
+                "face" => 12 + 4 * element.properties.len(),
+                _ => 0,
+            };
+            (element.count as u64).saturating_mul(each as u64)
+        };
+        self.elements.iter().map(of).fold(0, u64::saturating_add)
+    }
+}
+
 /// The elements of which a mesh has one.
 const ONCE: [&str; 2] = ["vertex", "face"];
 

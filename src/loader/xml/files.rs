@@ -17,6 +17,9 @@ const MAX_FILES: usize = 4096;
 /// Most XML nodes of one file. Reason: they are many times larger than their text.
 const MAX_NODES: u32 = 1 << 24;
 
+/// Most bytes of memory that a byte of XML takes while it is read: four bytes can be an element, and five an attribute.
+const TREE_BYTES: u64 = 32;
+
 /// Where an include stands.
 #[derive(Clone, Copy)]
 pub(super) struct IncludedAt<'a> {
@@ -30,6 +33,11 @@ impl Reader {
     pub(super) fn file(&mut self, path: &Path, included: Option<IncludedAt<'_>>) -> Result<()> {
         let bytes = self.files.read(path, MAX_TEXT_BYTES).map_err(|e| Error::file(path, e))?;
         let text = String::from_utf8(bytes).map_err(|e| not_utf8(path, &e))?;
+        let memory = self.files.memory();
+        memory
+            .check(TREE_BYTES * text.len() as u64)
+            .and_then(|()| memory.keep(text.len() as u64))
+            .map_err(|m| Error::scene(&Span::whole(path), format!("the tree of its elements {m}")))?;
         let text: Arc<str> = text.into();
         let file = self.sources.add(path, text.clone());
         let options = roxmltree::ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..Default::default() };

@@ -77,10 +77,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let mut look = look::compile(description, &compiled, &place, &mut warnings)?;
     let shapes = compiled.shapes;
     let start = Instant::now();
-    let samples = options.samples.unwrap_or(camera.sampler.sample_count);
-    let pixels = f64::from(camera.film.crop.width) * f64::from(camera.film.crop.height);
-    let rays = RAYS_PER_SAMPLE * pixels * f64::from(samples);
-    let accel_choice = Choice::new(options.accelerator, options.quality, &shapes, rays);
+    let accel_choice = Choice::new(options.accelerator, options.quality, &shapes, rays(description, options));
     let accel = Accel::build(accel_choice.accelerator, &shapes, options.threads, accel_choice.quality)?;
     let accel_build = start.elapsed();
     let features = features(description, &shapes, &look);
@@ -114,6 +111,14 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         centre: to_scene.centre,
     };
     Ok(Compiled { scene, light_names: look.light_names, warnings, accel_choice, accel_build })
+}
+
+/// How many rays are to be expected; none where there is no such camera.
+pub(super) fn rays(description: &SceneDescription, options: &CompileOptions) -> f64 {
+    let Some(camera) = description.cameras.get(options.camera) else { return 0.0 };
+    let samples = options.samples.unwrap_or(camera.sampler.sample_count);
+    let pixels = f64::from(camera.film.crop.width) * f64::from(camera.film.crop.height);
+    RAYS_PER_SAMPLE * pixels * f64::from(samples)
 }
 
 /// Whether rays that meet nothing else meet this light.
