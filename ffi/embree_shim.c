@@ -32,6 +32,7 @@ struct rt_scene {
     RTCDevice device;
     RTCScene scene;
     atomic_llong bytes;
+    long long memory_limit;
     /* Rays of the largest packet that this Embree, on this processor, has instructions for: 16, 8, or 0 if fewer. */
     int packet;
     /* Raised by the first error since it was last read: the later ones are its consequences. */
@@ -51,9 +52,11 @@ static void on_error(void *user, enum RTCError code, const char *text) {
 
 static bool on_memory(void *user, ssize_t bytes, bool post) {
     struct rt_scene *scene = user;
-    (void)post;
-    atomic_fetch_add_explicit(&scene->bytes, (long long)bytes, memory_order_relaxed);
-    return true;
+    long long before = atomic_fetch_add_explicit(&scene->bytes, (long long)bytes, memory_order_relaxed);
+    /* What was allocated already, or is freed, cannot be refused. */
+    if (post || bytes <= 0 || before + bytes <= scene->memory_limit) return true;
+    atomic_fetch_sub_explicit(&scene->bytes, (long long)bytes, memory_order_relaxed);
+    return false;
 }
 
 /* Whether nothing went wrong on the device since the last call; else moves what did to `error`. */
@@ -90,13 +93,14 @@ static const char *missing(RTCDevice device) {
     return NULL;
 }
 
-struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, struct rt_error *error) {
+struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, uint64_t memory_limit, struct rt_error *error) {
     struct rt_scene *scene = calloc(1, sizeof *scene);
     if (!scene) {
         set_error(error, RTC_ERROR_OUT_OF_MEMORY, "out of memory");
         return NULL;
     }
     atomic_init(&scene->bytes, 0);
+    scene->memory_limit = memory_limit > INT64_MAX ? INT64_MAX : (long long)memory_limit;
     atomic_flag_clear(&scene->error_is_set);
     char config[32];
     snprintf(config, sizeof config, "threads=%u", threads);

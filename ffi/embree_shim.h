@@ -47,8 +47,8 @@ struct rt_scene;
 uint32_t rt_header_version(void);
 
 /* A new scene on a new device of `threads` build threads (0: as many as the machine has), to be built quickly (quality 0),
- * well (2) or in between (1), or NULL and `error`. */
-struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, struct rt_error *error);
+ * well (2) or in between (1), or NULL and `error`. What would make Embree hold more than `memory_limit` bytes fails. */
+struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, uint64_t memory_limit, struct rt_error *error);
 
 /* The version of the library that is running, like rt_header_version. */
 uint32_t rt_scene_library_version(const struct rt_scene *scene);

@@ -35,11 +35,14 @@ pub(super) struct Prepared {
 }
 
 impl Prepared {
-    /// An error if the sums of the film, with so many bytes a pixel beside radiance, are more than there is memory for, or more
-    /// than the user lets snell have beside all else.
-    pub(super) fn check_film(&self, beside: u64) -> Result<()> {
+    /// An error if the sums of the film, with so many bytes a pixel beside radiance, and with what it takes to keep them if they
+    /// are kept, are more than there is memory for, or more than the user lets snell have beside all else.
+    pub(super) fn check_film(&self, beside: u64, is_kept: bool) -> Result<()> {
+        /// What is kept of a film is a copy, its planes, and these again in the type of the file.
+        const KEPT_COPIES: u64 = 3;
         let pixels = Area::from(self.scene.film.crop).pixels();
         let film = crate::film::Film::bytes(pixels) + pixels * beside;
+        let film = if is_kept { (1 + KEPT_COPIES) * film } else { film };
         check_limit(&Prediction { film, ..self.memory }, &self.limit)?;
         check_memory(film)
     }
@@ -88,22 +91,8 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &
     warnings.extend(compiled.warnings);
     let (accel_choice, build) = (compiled.accel_choice, compiled.accel_build);
     let (scene, light_names) = (compiled.scene, compiled.light_names);
-<<<<<<< HEAD
     let load = start.elapsed() - build;
-    Ok(Prepared { description, files, scene, light_names, warnings, load, accel_choice, build })
-=======
-    Ok(Prepared {
-        description,
-        scene,
-        light_names,
-        warnings,
-        load: start.elapsed() - build,
-        accel_choice,
-        build,
-        memory,
-        limit,
-    })
->>>>>>> fuzz
+    Ok(Prepared { description, files, scene, light_names, warnings, load, accel_choice, build, memory, limit })
 }
 
 /// Puts the size and crop of the arguments into the film of the camera that is used.

@@ -13,7 +13,7 @@ use crate::description::IntegratorKind;
 use crate::error::{Error, Result};
 use crate::image::{Format, OutputFile, PixelFormat, Reserved};
 use crate::integrator::{Integrator, PathReuse, Undecided};
-use crate::render::{Progress, RenderSettings, Rendered, Session, total_samples};
+use crate::render::{Progress, RenderSettings, Rendered, Session, State, total_samples};
 use crate::sampler::Sampler;
 use rayon::ThreadPool;
 use std::io::Write;
@@ -51,65 +51,101 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let format = pixel_format(args, &prepared);
     let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
     beside.tell(integrator != IntegratorName::Direct, settings.samples);
-    prepared.check_film(beside.bytes(&prepared.scene))?;
+    prepared.check_film(beside.bytes(&prepared.scene), args.keep.keeps_sums())?;
     if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
         say(format_args!(
             "warning: the channels beside the picture are not written: only a file named .exr can hold them"
         ));
     }
     let finish = finish(args, command, &prepared, &settings, integrator, format, &beside);
-    let sampled_pixels = total_samples(&prepared.scene, 1);
-    let samples = part_of(args.keep.shard, settings.samples)?;
-    let kept = match args.keep.checkpoint.is_some() || args.keep.shard.is_some() {
-        false => None,
-        true => Some(Kept {
-            identity: identity::identity(args, &prepared, &settings, &finish, &pool)?,
-            samples: samples.clone(),
-            all_samples: settings.samples,
-            sampled_pixels,
-            finish: finish.clone(),
-        }),
-    };
+    let job = Job { args, prepared, settings, integrator, beside, finish };
+    let kept = job.kept(&pool)?;
     let keeper = kept.as_ref().and_then(|kept| Keeper::new(&args.keep, kept));
-    let session = Session::new(&prepared.scene, &settings, &beside.aovs, samples.clone(), &progress);
-    let session = match &keeper {
-        Some(keeper) => keeper.resume(session, &say)?,
-        None => session,
-    };
-    let display = Display::start(&progress, total_samples(&prepared.scene, samples.len() as u32), args.quiet);
-    take_samples(&session, keeper.as_ref(), &pool, &say);
-    drop(display);
+    let (rendered, state) = job.render(keeper.as_ref(), &progress, &pool, &say)?;
+    report(command, &job.prepared, &rendered, &say);
     // What cannot be written keeps nothing else from being written.
     let mut failures = Vec::new();
-    let state = kept.is_some().then(|| session.state());
-    let rendered = session.finish();
     if let (Some(keeper), Some(state)) = (&keeper, &state) {
         failures.extend(keeper.save(state, rendered.complete).err());
     }
-    let names = Names {
-        integrator: integrator.text(),
-        sampler: args.sampler.text(),
-        path_reuse: settings.integrator.reuse != PathReuse::Off,
-        light_samples: settings.integrator.light_samples,
-        threads: pool.current_num_threads(),
-    };
-    report(command, &prepared, &rendered, &say);
     let mut clamped = 0;
     if rendered.samples > 0 {
-        let sealed = match (&kept, &state, args.keep.shard) {
-            (Some(kept), Some(state), Some(_)) => Some(kept.sealed(state, rendered.complete)),
-            _ => None,
-        };
-        let outcome = Outcome::of(&rendered, sampled_pixels);
-        clamped = finish.develop(&rendered.film, &outcome, args.exposure, sealed, |layers, options| {
+        let outcome = Outcome::of(&rendered, total_samples(&job.prepared.scene, 1));
+        let of_shard = kept.as_ref().zip(state.as_ref()).filter(|_| args.keep.shard.is_some());
+        let sealed = of_shard.map(|(kept, state)| kept.sealed(state, rendered.complete));
+        clamped = job.finish.develop(&rendered.film, &outcome, args.exposure, sealed, |layers, options| {
             finish::write(layers, options, pictures, &say, &mut failures)
         });
     }
     if let Some(file) = stats {
-        failures.extend(write_stats(file, &Stats::new(&prepared, &rendered, &names, clamped)).err());
+        failures.extend(write_stats(file, &Stats::new(&job.prepared, &rendered, &job.names(&pool), clamped)).err());
     }
     finish::last_of(failures)?;
     Ok(if rendered.complete { ExitCode::SUCCESS } else { ExitCode::from(EXIT_INTERRUPTED) })
+}
+
+/// A render that is ready to begin.
+struct Job<'a> {
+    args: &'a RenderArgs,
+    prepared: Prepared,
+    settings: RenderSettings,
+    integrator: IntegratorName,
+    beside: Beside,
+    finish: Finish,
+}
+
+impl Job<'_> {
+    /// Which of each pixel's samples are to be taken.
+    fn samples(&self) -> Result<Range<u32>> {
+        part_of(self.args.keep.shard, self.settings.samples)
+    }
+
+    /// What is to be known of the render to keep it, if it is kept.
+    fn kept(&self, pool: &ThreadPool) -> Result<Option<Kept>> {
+        let Self { args, prepared, settings, finish, .. } = self;
+        let samples = self.samples()?;
+        if !args.keep.keeps_sums() {
+            return Ok(None);
+        }
+        Ok(Some(Kept {
+            identity: identity::identity(args, prepared, settings, finish, pool)?,
+            samples,
+            all_samples: settings.samples,
+            sampled_pixels: total_samples(&prepared.scene, 1),
+            finish: finish.clone(),
+        }))
+    }
+
+    /// Renders, and keeps what is done meanwhile; with the last state, if it is kept.
+    fn render(
+        &self,
+        keeper: Option<&Keeper<'_>>,
+        progress: &Arc<Progress>,
+        pool: &ThreadPool,
+        say: &(dyn Fn(std::fmt::Arguments<'_>) + Sync),
+    ) -> Result<(Rendered, Option<State>)> {
+        let (scene, samples) = (&self.prepared.scene, self.samples()?);
+        let session = Session::new(scene, &self.settings, &self.beside.aovs, samples.clone(), progress);
+        let session = match keeper {
+            Some(keeper) => keeper.resume(session, &say)?,
+            None => session,
+        };
+        let display = Display::start(progress, total_samples(scene, samples.len() as u32), self.args.quiet);
+        take_samples(&session, keeper, pool, say);
+        drop(display);
+        let state = self.args.keep.keeps_sums().then(|| session.state());
+        Ok((session.finish(), state))
+    }
+
+    fn names(&self, pool: &ThreadPool) -> Names<'static> {
+        Names {
+            integrator: self.integrator.text(),
+            sampler: self.args.sampler.text(),
+            path_reuse: self.settings.integrator.reuse != PathReuse::Off,
+            light_samples: self.settings.integrator.light_samples,
+            threads: pool.current_num_threads(),
+        }
+    }
 }
 
 /// Which samples of each pixel a shard takes.

@@ -96,7 +96,7 @@ impl Embree {
         let shapes: Vec<Shape> = shapes.iter().map(copy).collect();
         let scene = if shapes.iter().any(|s| matches!(s, Shape::Mesh(mesh) if !mesh.faces.is_empty())) {
             // SAFETY: `shapes` is moved into the same struct and never changed; the vectors inside keep their address.
-            Some(unsafe { Scene::build(&shapes, threads, quality)? })
+            Some(unsafe { Scene::build(&shapes, threads, quality, u64::MAX)? })
         } else {
             None
         };
@@ -307,16 +307,16 @@ impl Drop for Scene {
 }
 
 impl Scene {
-    /// Builds over the meshes of `shapes`, whose index is the id of their hits.
+    /// Builds over the meshes of `shapes`, whose index is the id of their hits, with at most so much memory.
     ///
     /// # Safety
     /// The vertices, of which [`PADDING`] at the end are unused, and the faces of `shapes` must stay where they are and
     /// as they are until the scene is dropped.
-    unsafe fn build(shapes: &[Shape], threads: usize, quality: Quality) -> Result<Self> {
+    unsafe fn build(shapes: &[Shape], threads: usize, quality: Quality, memory: u64) -> Result<Self> {
         let mut error = rt_error { code: 0, text: [0; 252] };
         let threads = u32::try_from(threads).unwrap_or(0);
         // SAFETY: `error` is writable for the call.
-        let scene = unsafe { bindings::rt_scene_new(threads, quality as u32, &mut error) };
+        let scene = unsafe { bindings::rt_scene_new(threads, quality as u32, memory, &mut error) };
         let scene = Self(NonNull::new(scene).ok_or_else(|| failure("cannot be started", &error))?);
         let (header, library) = (header_version(), scene.library_version());
         if header.series() != library.series() {
@@ -389,4 +389,28 @@ fn failure(what: &str, error: &rt_error) -> Error {
     // SAFETY: the shim ends the text with a 0 inside the array, and it is all 0 where the shim wrote nothing.
     let text = unsafe { CStr::from_ptr(error.text.as_ptr().cast::<c_char>()) };
     Error::Accelerator(format!("Embree {what}: {} (error {})", text.to_string_lossy(), error.code))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whatever Embree runs out of while it builds, it is an error, and nothing is left half-built.
+    #[test]
+    fn no_memory_is_an_error() {
+        const SIDE: u32 = 100;
+        let at = |i: u32| Vec3::new((i % SIDE) as f32, (i / SIDE) as f32, (i * i % 7) as f32);
+        let faces = (0..SIDE * (SIDE - 1) - 1).map(|i| [i, i + 1, i + SIDE]).collect();
+        let positions = (0..SIDE * SIDE).map(at).collect();
+        let shapes = [copy(&Shape::Mesh(TriangleMesh { positions, faces, ..TriangleMesh::default() }))];
+        // SAFETY: `shapes` outlives every scene, and has its padding by `copy`.
+        let build = |memory| unsafe { Scene::build(&shapes, 2, Quality::Medium, memory) };
+        let whole = build(u64::MAX).unwrap().memory_bytes();
+        assert!(whole > 0);
+        for memory in [0, 1, whole / 100, whole / 10, whole / 2] {
+            let error = build(memory).err().map(|e| e.to_string()).unwrap_or_default();
+            assert!(error.starts_with("Embree ") && error.contains("emory"), "{memory} of {whole} bytes: '{error}'");
+        }
+        assert!(build(u64::MAX).is_ok());
+    }
 }

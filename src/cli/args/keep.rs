@@ -22,6 +22,13 @@ pub(in crate::cli) struct KeepArgs {
     pub(in crate::cli) shard: Option<Shard>,
 }
 
+impl KeepArgs {
+    /// Whether sums are to be written.
+    pub(in crate::cli) fn keeps_sums(&self) -> bool {
+        self.checkpoint.is_some() || self.shard.is_some()
+    }
+}
+
 /// Which part of the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::cli) struct Shard {
