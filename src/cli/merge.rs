@@ -17,8 +17,8 @@ struct Part {
     state: State,
 }
 
-/// Reads the parts, adds them up, and writes the picture.
-pub(super) fn run(args: &MergeArgs) -> Result<ExitCode> {
+/// Reads the parts, adds them up, and writes the picture; `command` is what the arguments come from, as a shell takes it.
+pub(super) fn run(args: &MergeArgs, command: &str) -> Result<ExitCode> {
     let say = |text: std::fmt::Arguments<'_>| {
         if !args.quiet {
             // Nobody may be reading.
@@ -35,7 +35,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<ExitCode> {
     check(&parts)?;
     let mut parts = parts.into_iter();
     // There is at least one: the arguments ask for it.
-    let Some(Part { record, state: State { film, .. }, path: first }) = parts.next() else {
+    let Some(Part { mut record, state: State { film, .. }, path: first }) = parts.next() else {
         return Ok(ExitCode::SUCCESS);
     };
     let mut outcome = record.outcome();
@@ -43,6 +43,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<ExitCode> {
         film.add_film(&part.state.film).ok_or_else(|| Error::file(&part.path, of_another(&first)))?;
         outcome = outcome.and(&part.record.outcome());
     }
+    record.finish.about.insert("snell.command".into(), command.into());
     let mut failures = Vec::new();
     record.finish.develop(&film, &outcome, args.exposure, None, |layers, options| {
         finish::write(layers, options, pictures, &say, &mut failures)
