@@ -41,8 +41,11 @@ const TIME_PER_KILOBYTE: Duration = Duration::from_secs(1);
 /// Whether hostile bytes were read after all, or what was wrong with them.
 pub type Outcome = Result<(), String>;
 
+/// A name, and what is done with hostile bytes under it.
+pub type Target = (&'static str, fn(&[u8]) -> Outcome);
+
 /// Every target.
-pub const TARGETS: [(&str, fn(&[u8]) -> Outcome); 13] = [
+pub const TARGETS: [Target; 13] = [
     ("xml", xml),
     ("obj", obj),
     ("mtl", mtl),
