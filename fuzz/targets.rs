@@ -41,11 +41,11 @@ const TIME_PER_KILOBYTE: Duration = Duration::from_secs(1);
 /// Whether hostile bytes were read after all, or what was wrong with them.
 pub type Outcome = Result<(), String>;
 
-/// What is done with bytes.
-type Target = fn(&[u8]) -> Outcome;
+/// A name, and what is done with hostile bytes under it.
+pub type Target = (&'static str, fn(&[u8]) -> Outcome);
 
 /// Every target.
-pub const TARGETS: [(&str, Target); 13] = [
+pub const TARGETS: [Target; 13] = [
     ("xml", xml),
     ("obj", obj),
     ("mtl", mtl),

@@ -13,11 +13,10 @@ use std::os::unix::fs::symlink;
 
 const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// Makes the text of a scene that reads a file.
-type Reader = fn(&str) -> String;
+/// An element that reads a file, made from its name, and the file.
+type Reader = (fn(&str) -> String, &'static str, Vec<u8>);
 
-/// Elements that read a file, each made from its name, and the file.
-fn readers() -> Vec<(Reader, &'static str, Vec<u8>)> {
+fn readers() -> Vec<Reader> {
     let png = {
         let mut bytes = std::io::Cursor::new(Vec::new());
         image::RgbImage::new(2, 2).write_to(&mut bytes, image::ImageFormat::Png).unwrap();

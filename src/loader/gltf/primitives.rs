@@ -78,8 +78,8 @@ pub(super) fn read(
                 let uvs: Vec<[f64; 2]> = model.numbers(accessor, &place, Purpose::Measures)?;
                 uvs.into_iter().map(DVec2::from_array).collect()
             }
-            // Asked for by the user alone: then they are those of a mesh without any.
-            None if model.wants_uvs && wanted.sets.len() == 1 => continue,
+            // Asked for by the user alone, and not for tangents: then they are those of a mesh without any.
+            None if model.wants_uvs && wanted.sets.len() == 1 && wanted.tangents.is_none() => continue,
             None => {
                 model.warn(place, format!("its material asks for TEXCOORD_{set}, which it lacks; it is taken as 0"));
                 vec![DVec2::ZERO; vertices]
