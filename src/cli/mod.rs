@@ -22,9 +22,11 @@ mod replay;
 mod stats;
 
 use crate::error::Error;
+use crate::image::sums_file::Sums;
 use crate::math::simd;
 use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
+use record::Record;
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
@@ -44,6 +46,15 @@ fn shell_line(words: &[OsString]) -> String {
         shlex::try_quote(&word).unwrap_or_default().into_owned()
     });
     quoted.collect::<Vec<_>>().join(" ")
+}
+
+/// What `merge` asks of a part, and what it does with it but for writing: for those who get such files from strangers.
+///
+/// Fails, with the reason, where record and sums do not fit together.
+pub fn check_sums(sums: &Sums) -> Result<(), String> {
+    let (record, state) = Record::from_sums(sums)?;
+    record.finish.develop(&state.film, &record.outcome(), 0.0, None, |_, _| ());
+    Ok(())
 }
 
 /// Prints an error. Nobody may be reading.

@@ -160,7 +160,7 @@ impl Record {
     }
 
     /// The record and the sums of a file.
-    fn from_sums(sums: &sums_file::Sums) -> std::result::Result<(Self, State), String> {
+    pub(super) fn from_sums(sums: &sums_file::Sums) -> std::result::Result<(Self, State), String> {
         let format = serde_json::from_str::<Format>(&sums.record).map_err(|e| e.to_string())?.format;
         if format != FORMAT {
             return Err(format!("they are of version {format}, not {FORMAT}, of this kind of file"));

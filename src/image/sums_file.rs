@@ -29,6 +29,11 @@ pub struct Sums {
 }
 
 impl Sums {
+    /// Those that a file of so many pixels would hold.
+    pub fn new(record: String, size: (u32, u32), planes: impl IntoIterator<Item = (String, Vec<u32>)>) -> Self {
+        Self { record, size, planes: planes.into_iter().collect() }
+    }
+
     /// The values of the plane of that name.
     pub fn plane(&self, name: &str) -> Option<&[u32]> {
         self.planes.get(name).map(Vec::as_slice)

@@ -10,7 +10,10 @@ use flate2::write::ZlibEncoder;
 use half::f16;
 use image::{DynamicImage, ImageFormat};
 use serde_json::json;
+use snell::image::sums_file;
 use std::io::{Cursor, Write};
+use std::os::unix::process::CommandExt;
+use std::process::Command;
 
 /// The seeds of a target.
 pub fn of(target: &str) -> Vec<Vec<u8>> {
@@ -36,6 +39,7 @@ pub fn of(target: &str) -> Vec<Vec<u8>> {
         "bmp" => encoded(ImageFormat::Bmp, &[0, 1, 2, 3]),
         "hdr" => encoded(ImageFormat::Hdr, &[8]).into_iter().chain([runs_of_hdr()]).collect(),
         "exr" => exr_files(),
+        "sums" => sums(),
         other => panic!("{other}"),
     }
 }
@@ -296,4 +300,24 @@ fn exr_files() -> Vec<Vec<u8>> {
         bytes.into_inner()
     };
     kinds.into_iter().map(write).collect()
+}
+
+/// A shard with much beside the picture, the same of a render without, and the records of both.
+fn sums() -> Vec<Vec<u8>> {
+    let desk = tempfile::tempdir().unwrap();
+    let scene = r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><integer name="width" value="2"/>
+        <integer name="height" value="2"/></film></sensor><shape type="sphere"><emitter type="area"/></shape></scene>"#;
+    std::fs::write(desk.path().join("s.xml"), scene).unwrap();
+    let mut seeds = Vec::new();
+    for (shard, aov) in [("1/2", "--aov=error,samples,primitive"), ("1/1", "-v")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_snell"));
+        // The command is in the file, and where it lies is nobody's business.
+        command.arg0("snell").current_dir(desk.path());
+        let status = command.args(["render", "s.xml", "--spp=2", "-o", "p.exr", "--shard", shard, aov]).status();
+        assert!(status.unwrap().success());
+        let file = std::fs::read(desk.path().join("p.exr")).unwrap();
+        seeds.push(sums_file::decode(&file).unwrap().record.into_bytes());
+        seeds.push(file);
+    }
+    seeds
 }
