@@ -1,6 +1,6 @@
 //! Overriding one parameter gives the bsdf that has it from the start, and cannot take a number out of its range.
 
-use super::table::edge_directions;
+use crate::check::laws::table::edge_directions;
 use super::*;
 use Parameter as P;
 
