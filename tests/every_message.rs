@@ -6,7 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Messages that need what a test cannot have.
-const UNTESTED: [(&str, &str); 11] = [
+const UNTESTED: [(&str, &str); 13] = [
+    ("cannot find this command itself: {e}", "the system must have lost it"),
+    ("cannot run this command itself: {e}", "as above"),
     ("cannot start {count}: {e}", "the system must have run out of threads"),
     ("a thread for every core", "as above"),
     ("{} samples/s, {} rays/s", "needs a terminal"),

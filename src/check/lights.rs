@@ -2,6 +2,10 @@
 //! black ones, a million of them.
 
 use super::random::Rng;
+use super::rooms;
+use super::scenes::compiled;
+use crate::accel::Accelerator;
+use crate::description::{self, Geometry, LightKind, SceneDescription};
 use crate::image::Picture;
 use crate::light::{AreaLight, EnvironmentLight, Light, LightSample, LightSampler, PointLight, Receiver};
 use crate::sampler::{Sampler, SamplerKind};
@@ -11,7 +15,7 @@ use crate::shape::disk::Disk;
 use crate::shape::sphere::Sphere;
 use crate::shape::{Shape, TriangleMesh};
 use crate::spectrum::Rgb;
-use glam::{DMat3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -91,7 +95,13 @@ fn uniform(seed: u64, i: u32) -> Vec2 {
 /// Asks a part of all that it is for, or of the one with this number. `long`: ten times as many.
 pub fn run(part: Part, seed: u64, long: bool, only: Option<usize>) -> Verdicts {
     let all = match part {
-        Part::Areas => if long { 20_000 } else { 2000 },
+        Part::Areas => {
+            if long {
+                20_000
+            } else {
+                2000
+            }
+        }
         Part::Skies => skies().len() * normals().len(),
         Part::Black => black().len(),
         Part::Many => 1 + usize::from(long),
@@ -153,7 +163,11 @@ fn area(seed: u64, number: usize) -> Result<(), String> {
     let Some(expected) = solid_angle else { return Ok(()) };
     let (mean, error) = statistics(&inverse);
     let off = (mean - expected).abs();
-    if off <= MOST * error + ROUNDING * expected { Ok(()) } else { Err(format!("{what}: solid angle {mean:e} ± {error:e}, but {expected:e}")) }
+    if off <= MOST * error + ROUNDING * expected {
+        Ok(())
+    } else {
+        Err(format!("{what}: solid angle {mean:e} ± {error:e}, but {expected:e}"))
+    }
 }
 
 /// Its density, if it is a sample.
@@ -240,7 +254,9 @@ fn skies() -> Vec<(&'static str, EnvironmentLight)> {
         ("one pixel of 1e8 in the dark", map(33, 17, &|x, y| if (x, y) == (0, 8) { 1e8 } else { 0.0 }), turn(3.0)),
         ("1e-30 and 1e8", map(20, 10, &|x, y| if (x, y) == (19, 5) { 1e8 } else { 1e-30 }), turn(4.0)),
     ];
-    all.into_iter().filter_map(|(name, map, turn)| Some((name, EnvironmentLight::new(&map, 1.0, turn, true)?))).collect()
+    all.into_iter()
+        .filter_map(|(name, map, turn)| Some((name, EnvironmentLight::new(&map, 1.0, turn, true)?)))
+        .collect()
 }
 
 fn normals() -> Vec<(Vec3, bool)> {
@@ -266,17 +282,33 @@ fn sky(number: usize, level: f64) -> Result<(), String> {
     if right { Ok(()) } else { Err(format!("{name}, normal {n}, combined {combined}: {o:?}, level {level:e}")) }
 }
 
-/// Everything that is black, and what becomes of it.
+/// Everything that is black, and what becomes of it: a scene with it alone has no light.
 fn black() -> Vec<Result<(), String>> {
-    let mut all: Vec<Result<(), String>> = (0..5)
-        .map(|kind| {
-            let (name, shape, _) = surface(kind, 1.0, DVec3::Z);
-            let none = AreaLight::new(0, &shape, Rgb::BLACK).is_none();
-            if none { Ok(()) } else { Err(format!("a black {name} is a light")) }
-        })
-        .collect();
-    let dark = EnvironmentLight::new(&Arc::new(Picture::new(4, 4)), 1.0, DMat3::IDENTITY, true);
-    all.push(if dark.is_none() { Ok(()) } else { Err("a black sky is a light".into()) });
+    let dark = |name: &str, shapes: Vec<description::Shape>, lights: Vec<description::Light>| {
+        let scene = SceneDescription { shapes, lights, ..rooms::enclosure(0.5, 0.0) };
+        match compiled(&scene, Accelerator::Native) {
+            Ok(scene) if scene.lights.is_empty() => Ok(()),
+            Ok(scene) => Err(format!("{name}: {} lights", scene.lights.len())),
+            Err(error) => Err(format!("{name}: {error}")),
+        }
+    };
+    let ball = || Geometry::Sphere { centre: DVec3::ZERO, radius: 1.0, frame: DMat3::IDENTITY };
+    let emitting = |geometry| vec![rooms::shape(geometry, DAffine3::IDENTITY, 0, Some(0.0))];
+    let alone = |kind| (vec![rooms::shape(ball(), DAffine3::IDENTITY, 0, None)], vec![rooms::light(kind)]);
+    let cylinder = Geometry::Cylinder { p0: DVec3::ZERO, p1: DVec3::Z, radius: 1.0 };
+    let surfaces =
+        [("sphere", ball()), ("disk", Geometry::Disk), ("rectangle", Geometry::Rectangle), ("cylinder", cylinder)];
+    let mut all: Vec<_> = surfaces.into_iter().map(|(name, geometry)| dark(name, emitting(geometry), vec![])).collect();
+    let map = Arc::new(Picture::new(4, 4));
+    for (name, kind) in [
+        ("point", LightKind::Point { position: DVec3::Z, intensity: Rgb::BLACK }),
+        ("directional", LightKind::Directional { direction: DVec3::Z, irradiance: Rgb::BLACK }),
+        ("constant", LightKind::Constant { radiance: Rgb::BLACK }),
+        ("map", LightKind::Environment { map, scale: 1.0, to_world: DMat3::IDENTITY, mis_compensation: true }),
+    ] {
+        let (shapes, lights) = alone(kind);
+        all.push(dark(name, shapes, lights));
+    }
     let chosen = LightSampler::new(&[], &[]).sample(|| Receiver { p: Vec3::ZERO, n: Vec3::Z }, || 0.5);
     all.push(if chosen.is_none() { Ok(()) } else { Err("of no lights one is chosen".into()) });
     all

@@ -236,9 +236,8 @@ fn skies() -> Vec<Case> {
 /// The middle of a diffuse floor, lit in ways whose irradiance is known (Howell, Mengüç, Daun and Siegel 2020, *Thermal
 /// Radiation Heat Transfer*, appendix C).
 fn floors() -> Vec<Case> {
-    let lamp = |geometry, to_world, flip_normals| {
-        vec![Shape { flip_normals, ..shape(geometry, to_world, 0, Some(1.0)) }]
-    };
+    let lamp =
+        |geometry, to_world, flip_normals| vec![Shape { flip_normals, ..shape(geometry, to_world, 0, Some(1.0)) }];
     let floor = |name, lamps: Vec<Shape>, lights: Vec<Light>, irradiance: f64| {
         let mut shapes = lamps;
         shapes.push(shape(Geometry::Rectangle, DAffine3::from_scale(DVec3::splat(3.0)), 0, None));
@@ -264,12 +263,7 @@ fn floors() -> Vec<Case> {
             vec![],
             lambert(aside, TINY),
         ),
-        floor(
-            "floor in a cylinder",
-            lamp(cylinder, DAffine3::IDENTITY, true),
-            vec![],
-            seen(0.6, 0.3) - seen(0.6, 1.2),
-        ),
+        floor("floor in a cylinder", lamp(cylinder, DAffine3::IDENTITY, true), vec![], seen(0.6, 0.3) - seen(0.6, 1.2)),
         floor(
             "floor under a point",
             vec![],

@@ -84,7 +84,13 @@ pub fn mean(picture: &Picture) -> f64 {
 }
 
 /// Renders a case with several seeds.
-pub fn read(case: &Case, estimator: Estimator, accelerator: Accelerator, samples: u32, pool: &ThreadPool) -> Result<Reading> {
+pub fn read(
+    case: &Case,
+    estimator: Estimator,
+    accelerator: Accelerator,
+    samples: u32,
+    pool: &ThreadPool,
+) -> Result<Reading> {
     let scene = compiled(&case.scene, accelerator)?;
     // What is one pixel takes as many samples as others have in all pixels.
     let pixels = u64::from(scene.film.size.0) * u64::from(scene.film.size.1);

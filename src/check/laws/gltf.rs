@@ -183,4 +183,3 @@ pub(crate) fn compensated_rows() -> Vec<Row> {
     }
     rows
 }
-

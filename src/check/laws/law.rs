@@ -35,13 +35,18 @@ pub(crate) fn density(subject: &impl Subject, wo: Vec3, tests: usize) -> Result<
     if outcome.p_value < level { Err(format!("χ²: {outcome:?}, level {level:.1e}")) } else { Ok(()) }
 }
 
-/// How much `f` changes where `w` is rounded differently: each coordinate by a few units in the last place of one.
+/// How much `f` changes where `w` is rounded differently: each coordinate by a few units in the last place of one, and its length,
+/// which matters where directions nearly cancel, as at an interface of hardly any contrast.
 fn wobble(w: Vec3, f: impl Fn(Vec3) -> f32) -> f32 {
     /// A direction is the result of some operations with results of size one, and is normalised once more.
     const ROUNDINGS: f32 = 8.0 * UNIT_ROUNDOFF;
+    /// A vector that was normalised has a length of one but for the rounding of its coordinates, the square root and the quotient.
+    const LENGTH: f32 = 2.0 * UNIT_ROUNDOFF;
     let here = f(w);
     let change = |d: Vec3| (f((w + d * ROUNDINGS).normalize()) - here).abs();
-    [Vec3::X, Vec3::Y, Vec3::Z].into_iter().map(|axis| change(axis).max(change(-axis))).sum()
+    let sideways: f32 = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().map(|axis| change(axis).max(change(-axis))).sum();
+    let stretched = |by: f32| (f(w * (1.0 + by)) - here).abs();
+    sideways + stretched(LENGTH).max(stretched(-LENGTH))
 }
 
 /// Relative error of the operations that follow, beyond what rounding of directions does.

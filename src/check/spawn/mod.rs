@@ -195,8 +195,12 @@ impl Place {
             accel.occluded_between(&segments, &ends, &mut hidden);
             let of_segments = trials.iter().filter_map(|t| t.segment.map(|s| (t, s))).zip(&hidden);
             let hidden = of_segments.filter(|((trial, segment), hidden)| **hidden && !self.others_hide(trial, segment));
-            let hidden = hidden.map(|((trial, ray), _)| {
-                Failure { index: trial.index, who: *who, fault: Fault::Hidden, ray, met: Hit::NONE }
+            let hidden = hidden.map(|((trial, ray), _)| Failure {
+                index: trial.index,
+                who: *who,
+                fault: Fault::Hidden,
+                ray,
+                met: Hit::NONE,
             });
             let failures: Vec<Failure> = failures.chain(hidden).collect();
             counts.failures[*who] += failures.len() as u64;
@@ -298,10 +302,71 @@ pub fn run(kind: Kind, seed: u64, from: u64, to: u64) -> Result<Counts> {
     let mesh = |mesh: u64| -> Result<Counts> {
         let (first, last) = (from.max(mesh * TRIALS), to.min((mesh + 1) * TRIALS));
         let Some(place) = Place::new(kind, seed, mesh)? else { return Ok(Counts::default()) };
-        let batches = (first / BATCH..last.div_ceil(BATCH)).map(|batch| {
-            place.run(kind, seed, first.max(batch * BATCH), last.min((batch + 1) * BATCH))
-        });
+        let batches = (first / BATCH..last.div_ceil(BATCH))
+            .map(|batch| place.run(kind, seed, first.max(batch * BATCH), last.min((batch + 1) * BATCH)));
         Ok(batches.fold(Counts::default(), Counts::and))
     };
     (from / TRIALS..to.div_ceil(TRIALS)).into_par_iter().map(mesh).try_reduce(Counts::default, |a, b| Ok(a.and(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 20,000 rays of each kind, and those that once met the inside of a thin cylinder at once, as rounding along it took their
+    /// origins outside.
+    #[test]
+    fn rays_leave_their_surfaces() {
+        for kind in Kind::ALL {
+            let counts = run(kind, 3, 0, 20_000).unwrap();
+            assert_eq!(counts.failures[0], 0, "{kind:?}: {counts:?}");
+            assert!(counts.towards > 5000, "{kind:?}: {counts:?}");
+        }
+        for index in [6_411_857, 6_414_183, 7_725_798, 14_850_734, 15_146_201, 15_146_553, 16_351_773, 16_353_087] {
+            let counts = run(Kind::Cylinder, 0, index, index + 1).unwrap();
+            assert_eq!((counts.trials, counts.failures[0]), (1, 0), "{index}: {counts:?}");
+        }
+    }
+
+    fn place(kind: Kind) -> Place {
+        (0..).find_map(|mesh| Place::new(kind, 1, mesh).unwrap()).unwrap()
+    }
+
+    /// Of trials that lead to a neighbour: the surface itself, nothing, and the neighbour.
+    #[test]
+    fn wrong_answers_are_noticed() {
+        let place = place(Kind::Triangle);
+        let trials = (0..2000).map(|index| place.trial(Kind::Triangle, 1, index));
+        let mut noticed = 0;
+        for trial in trials.filter(|trial| trial.towards) {
+            let Pair { own, neighbour, .. } = place.pairs.pairs[trial.pair];
+            assert_eq!(place.judge(&trial, own), Some(Fault::Own));
+            assert_eq!(place.judge(&trial, neighbour), None);
+            noticed += usize::from(place.judge(&trial, Hit::NONE) == Some(Fault::Missed));
+            // An origin on the other side of the neighbour.
+            let height = place.pairs.height(&place.pairs.pairs[trial.pair], &trial.at);
+            let o = (trial.at.p + trial.at.n.as_dvec3() * (2.0 * height)).as_vec3();
+            let behind = Trial { ray: Ray { o, ..trial.ray }, ..trial };
+            assert_eq!(place.judge(&behind, Hit::NONE), Some(Fault::Jumped));
+        }
+        assert!(noticed > 300, "{noticed}");
+    }
+
+    /// From inside a sphere, its other side is met; from outside it is not.
+    #[test]
+    fn what_comes_back_is_told_from_what_never_left() {
+        let place = place(Kind::Sphere);
+        let (mut inside, mut outside) = (0, 0);
+        for index in 0..2000 {
+            let trial = place.trial(Kind::Sphere, 1, index);
+            let pair = &place.pairs.pairs[trial.pair];
+            let leads_in = place.pairs.departure(pair, &trial.at, trial.ray.d.as_dvec3()).unwrap().chord > 0.0;
+            if trial.at.n.dot(trial.ray.d).abs() < 1e-3 {
+                continue;
+            }
+            assert_eq!(place.judge(&trial, pair.own) == Some(Fault::Own), !leads_in);
+            *(if leads_in { &mut inside } else { &mut outside }) += 1;
+        }
+        assert!(inside > 300 && outside > 300, "{inside} {outside}");
+    }
 }

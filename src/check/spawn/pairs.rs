@@ -139,7 +139,11 @@ fn decade(rng: &mut Rng, [low, high]: [f64; 2]) -> f64 {
 
 /// Three unit vectors at right angles; half of the time those of the axes.
 fn frame(rng: &mut Rng) -> [DVec3; 3] {
-    let n = if rng.below(2) == 0 { rng.direction().as_dvec3().normalize() } else { [DVec3::X, DVec3::Y, DVec3::Z][rng.below(3)] };
+    let n = if rng.below(2) == 0 {
+        rng.direction().as_dvec3().normalize()
+    } else {
+        [DVec3::X, DVec3::Y, DVec3::Z][rng.below(3)]
+    };
     let (u, v) = n.any_orthonormal_pair();
     [u, v, n]
 }
@@ -436,7 +440,11 @@ fn cylinder(rng: &mut Rng, centre: DVec3, size: f64) -> Option<Make> {
         let [u, v, h] = axes;
         // Longer at both ends, so that an oblique way out is met.
         let other = Cylinder::new(centre - h, [factor * u, factor * v, LARGER * h], flip)?;
-        (factor > 0.5).then_some((Shape::Cylinder(own), Shape::Cylinder(other), Skin::Cylinder { cylinder: own, factor }))
+        (factor > 0.5).then_some((
+            Shape::Cylinder(own),
+            Shape::Cylinder(other),
+            Skin::Cylinder { cylinder: own, factor },
+        ))
     }))
 }
 

@@ -1,11 +1,11 @@
 //! `snell check --accel`: whether accelerators are right about nasty rays.
 
 use super::page::{self, chosen, print};
-use crate::cli::args::CheckArgs;
 use crate::accel::{Hit, oracle};
 use crate::check::accel::{ASKED, Answer, Contest, Counts, Faults, Wrong, judge, truth};
 use crate::check::meshes::{MESHES, Mesh};
 use crate::check::rays::{Aimed, RayKind, aim};
+use crate::cli::args::CheckArgs;
 use crate::error::{Error, Result};
 use crate::math::ray::Ray;
 use glam::Vec3;
@@ -27,8 +27,9 @@ const LONG_RIM: u64 = 1_000_000_000;
 /// Rays of every other kind at each mesh.
 const LONG_OTHER: u64 = 1_000_000;
 
-/// Rays of each kind at each mesh, unless the user says how many.
+/// Rays of each kind at each mesh, unless the user says how many; and where they are one check of many.
 const RAYS: u64 = 8000;
+const FEW_RAYS: u64 = 1500;
 
 /// The whole table, or one ray. Returns whether our own accelerator is right.
 pub(super) fn run(args: &CheckArgs) -> Result<bool> {
@@ -50,7 +51,7 @@ pub(super) fn summary(args: &CheckArgs) -> Result<bool> {
         let mut sum = Counts::default();
         let mut wrong = Vec::new();
         for kind in RayKind::ALL {
-            let counts = trace(&contest, &mesh, kind, rays(args, &mesh, kind));
+            let counts = trace(&contest, &mesh, kind, rays(args, &mesh, kind, FEW_RAYS));
             wrong.extend(counts.native.examples.iter().map(|wrong| (kind, wrong.index)));
             sum = sum.and(counts);
         }
@@ -66,10 +67,10 @@ pub(super) fn summary(args: &CheckArgs) -> Result<bool> {
 }
 
 /// How many rays of a kind are for a mesh.
-fn rays(args: &CheckArgs, mesh: &Mesh, kind: RayKind) -> u64 {
+fn rays(args: &CheckArgs, mesh: &Mesh, kind: RayKind, default: u64) -> u64 {
     let closed = || (0..MESHES.len()).filter(|&i| Mesh::new(i, args.seed).is_closed()).count() as u64;
     match kind {
-        _ if !args.long => args.rays.unwrap_or(RAYS),
+        _ if !args.long => args.rays.unwrap_or(default),
         RayKind::Random => LONG_RANDOM.div_ceil(MESHES.len() as u64),
         RayKind::Edge | RayKind::Vertex if mesh.is_closed() => LONG_RIM.div_ceil(2 * closed()),
         _ => LONG_OTHER,
@@ -90,7 +91,7 @@ fn all(args: &CheckArgs, meshes: &[usize], kinds: &[usize]) -> Result<bool> {
         let contest = Contest::new(&mesh, args.seed)?;
         for &kind in kinds {
             let kind = RayKind::ALL[kind];
-            let counts = trace(&contest, &mesh, kind, rays(args, &mesh, kind));
+            let counts = trace(&contest, &mesh, kind, rays(args, &mesh, kind, RAYS));
             row(args, &contest, &mesh, kind, &counts);
             must_hit += if can_lose(&mesh, kind) { counts.rays } else { 0 };
             sum = sum.and(counts);
