@@ -84,7 +84,12 @@ fn spawned_rays_leave_their_surfaces() {
         assert!(line.starts_with("spawn ") && line.ends_with("; 0 wrong ok"), "{line}");
         let numbers = |word: &str| line.split(word).next().unwrap().split_whitespace().last().unwrap().parse::<u64>();
         assert!(numbers(" rays, ").unwrap() == 3000 && numbers(" to a neighbour, ").unwrap() > 1000, "{line}");
-        assert!(line.contains(" segments, ") && line.contains(" asked of embree, which lost "), "{line}");
+        assert!(
+            line.contains(" met it, ")
+                && line.contains(" segments, ")
+                && line.contains(" asked of embree, which lost "),
+            "{line}"
+        );
     }
     let one = ["check", "--spawn", "--kind=placed-quadric", "--ray=70000", "--seed=5"];
     assert!(text(&desk.succeeds(&one).stdout).contains("placed-quadric                 1 rays, "));
@@ -109,6 +114,8 @@ fn laws_lights_and_scenes_are_checked_one_by_one() {
             &["light        skies ", ", χ² with 1 % of false alarms in all; 0 wrong"],
         ),
         (&["--scene", "--kind=floor under a point"], &["0.135437; the worst ", " of at most 6 "]),
+        (&["--scene", "--kind=floor under the sky"], &["0.600000; the worst ", " of at most 6 "]),
+        (&["--determinism", "--kind=scale"], &["determinism  scale ", "all lengths × 2^k, k of [-40, "]),
         (&["--determinism", "--kind=threads"], &["determinism  threads ", "1, 3 and "]),
     ] {
         let told = text(&desk.succeeds(&[&["check"], arguments].concat()).stdout);

@@ -8,6 +8,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
+/// Where cameras begin to see.
+const NEAR: f64 = 1e-3;
+
 /// No file.
 pub fn at() -> Span {
     Span::whole(Path::new("built in"))
@@ -33,7 +36,7 @@ pub fn camera(origin: DVec3, target: DVec3, fov: f64, pixels: u32) -> Camera {
         at: at(),
         to_world: DAffine3::from_mat3_translation(matrix, origin),
         projection: perspective(fov, FovAxis::X),
-        near_clip: 1e-3,
+        near_clip: NEAR,
         far_clip: 1e4,
         film,
         sampler: Sampler { sample_count: 16, seed: 0 },

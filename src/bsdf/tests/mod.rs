@@ -112,16 +112,17 @@ fn edges_of_the_parameters_stay_finite() {
     }
 }
 
-/// All laws but that of densities, which `snell check --bsdf` asks, hold at the ends of parameters, too.
+/// All laws but that of densities hold at the ends of parameters, too, seen from one direction each; `snell check --bsdf --long` asks
+/// all laws, from all directions.
 #[test]
 fn laws_hold_at_the_edges_of_the_parameters() {
-    for row in table::edges() {
-        for wo in directions(row.bsdf.lobes().transmits) {
-            let Energy::Sample(gain) = row.energy else { continue };
-            let laws = [laws::weight(&row.bsdf, wo), laws::energy(&row.bsdf, wo, gain)];
-            let all = laws.into_iter().chain([laws::reciprocity(&row.bsdf, wo, row.eta, row.exempt)]);
-            all.for_each(|law| law.unwrap_or_else(|failure| panic!("{}, wo {wo}: {failure}", row.name)));
-        }
+    for (i, row) in table::edges().iter().enumerate() {
+        let all: Vec<Vec3> = directions(row.bsdf.lobes().transmits).collect();
+        let wo = all[i % all.len()];
+        let Energy::Sample(gain) = row.energy else { continue };
+        let laws = [laws::weight(&row.bsdf, wo), laws::energy(&row.bsdf, wo, gain)];
+        let all = laws.into_iter().chain([laws::reciprocity(&row.bsdf, wo, row.eta, row.exempt)]);
+        all.for_each(|law| law.unwrap_or_else(|failure| panic!("{}, wo {wo}: {failure}", row.name)));
     }
 }
 

@@ -42,7 +42,7 @@ pub(super) fn run(args: &CheckArgs, pool: &ThreadPool) -> Result<bool> {
         };
         page::line("determinism", kind, &what, is_right);
         if !is_right {
-            page::replay(&format!("snell check --determinism --kind {kind}"));
+            page::replay(&page::command("determinism", kind, None, args.seed));
         }
         right &= is_right;
     }

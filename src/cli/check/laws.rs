@@ -23,7 +23,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
         page::line("bsdf", law.name(), &what, verdicts.broken.is_empty());
         for (number, failure) in verdicts.broken.iter().take(SHOWN) {
             print(format_args!("  {failure}"));
-            page::replay(&format!("snell check --bsdf --kind {} --ray {number}", law.name()));
+            page::replay(&page::command("bsdf", law.name(), Some(*number as u64), args.seed));
         }
         right &= verdicts.broken.is_empty();
     }

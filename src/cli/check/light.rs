@@ -23,7 +23,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
         page::line("light", part.name(), &what, wrong == 0);
         for (number, failure) in verdicts.broken.iter().take(SHOWN) {
             print(format_args!("  {failure}"));
-            page::replay(&format!("snell check --light --kind {} --ray {number} --seed {}", part.name(), args.seed));
+            page::replay(&page::command("light", part.name(), Some(*number as u64), args.seed));
         }
         right &= wrong == 0;
     }

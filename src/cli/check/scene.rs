@@ -34,7 +34,7 @@ pub(super) fn run(args: &CheckArgs, pool: &ThreadPool) -> Result<bool> {
         let what = format!("{:.6}; the worst {text}, z {z:.1} of at most {MOST}", case.expected);
         page::line("scene", case.name, &what, is_right);
         if !is_right {
-            page::replay(&format!("snell check --scene --kind '{}'", case.name));
+            page::replay(&page::command("scene", case.name, None, args.seed));
         }
         right &= is_right;
     }

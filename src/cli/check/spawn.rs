@@ -28,8 +28,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
         };
         let wrong = counts.failures[0] + counts.failures[1] - counts.lost_by_embree;
         let what = format!(
-            "{} rays, {} to a neighbour, {} segments, {} asked of embree, which lost {}; {wrong} wrong",
-            counts.trials, counts.towards, counts.segments, counts.of_embree, counts.lost_by_embree
+            "{} rays, {} to a neighbour, {} met it, {} segments, {} asked of embree, which lost {}; {wrong} wrong",
+            counts.trials, counts.towards, counts.met, counts.segments, counts.of_embree, counts.lost_by_embree
         );
         page::line("spawn", kind.name(), &what, wrong == 0);
         for failure in counts.examples.iter().filter(|failure| args.verbose || !is_lost(failure)) {
@@ -64,5 +64,5 @@ fn many(args: &CheckArgs, kind: Kind) -> Result<Counts> {
 fn show(args: &CheckArgs, kind: Kind, failure: &Failure) {
     let Failure { index, who, fault, ray, met } = failure;
     print(format_args!("  {}: {fault:?}, met {met:?}: {ray:?}", WHO[*who]));
-    page::replay(&format!("snell check --spawn --kind {} --ray {index} --seed {} -v", kind.name(), args.seed));
+    page::replay(&page::command("spawn", kind.name(), Some(*index), args.seed));
 }
