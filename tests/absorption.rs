@@ -57,7 +57,7 @@ fn a_ball_of_index_1_is_beer_s_law() {
             let radius = 1.3;
             for (from, distance) in [(5.0, 2.0 * radius), (1e-3, radius)] {
                 let shapes = vec![shape(ball(radius), DAffine3::IDENTITY, 0, None)];
-                let scene = under_the_sky(clear(1.0, 0.3, DISTANCE * scale), shapes, DVec3::new(0.0, 0.0, from));
+                let scene = under_the_sky(clear(1.0, 0.3, DISTANCE), shapes, DVec3::new(0.0, 0.0, from));
                 let scene = compiled(&transformed(scene, scale, DVec3::ZERO), Accelerator::Auto);
                 let seen = picture(&scene, &settings(estimator, 16)).get(0, 0);
                 for (seen, channel) in seen.to_array().into_iter().zip(LEFT.to_array()) {
@@ -77,7 +77,7 @@ fn a_ball_of_index_1_is_beer_s_law() {
 fn powers_of_two_change_no_bit() {
     let seen = |scale: f64| {
         let shapes = vec![shape(ball(1.0), DAffine3::IDENTITY, 0, None)];
-        let scene = under_the_sky(clear(1.4, 0.6, DISTANCE * scale), shapes, DVec3::new(1.0, 2.0, 3.0));
+        let scene = under_the_sky(clear(1.4, 0.6, DISTANCE), shapes, DVec3::new(1.0, 2.0, 3.0));
         picture(&compiled(&transformed(scene, scale, DVec3::ZERO), Accelerator::Auto), &settings(Estimator::Path, 64))
     };
     let one = seen(1.0);

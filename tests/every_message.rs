@@ -6,7 +6,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Messages that need what a test cannot have.
-const UNTESTED: [(&str, &str); 11] = [
+const UNTESTED: [(&str, &str); 16] = [
+    ("none to choose from", "the processor must have no vector instructions to choose"),
+    ("; {embree} wrong ones of embree", "the page of all checks takes a minute"),
+    ("warning: {} samples were negative and were counted as they are", "no known scene has such samples"),
+    ("cannot find this command itself: {e}", "the system must have lost it"),
+    ("cannot run this command itself: {e}", "as above"),
     ("cannot start {count}: {e}", "the system must have run out of threads"),
     ("a thread for every core", "as above"),
     ("{} samples/s, {} rays/s", "needs a terminal"),

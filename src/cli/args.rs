@@ -51,23 +51,39 @@ pub(super) struct CheckArgs {
     /// Nasty rays at nasty meshes: our own accelerator, Embree where it is compiled in, and slow but certain answers.
     #[arg(long)]
     pub(super) accel: bool,
-    /// Rays of each kind at each mesh.
-    #[arg(long, value_name = "N", default_value_t = 8_000, value_parser = clap::value_parser!(u64).range(1..))]
-    pub(super) rays: u64,
-    /// Take hours: 10^8 random rays, 10^9 at edges and vertices of closed meshes, and 10^6 of each other kind at each mesh.
+    /// Rays spawned from random surfaces: none meets its own surface, none skips a neighbour.
+    #[arg(long)]
+    pub(super) spawn: bool,
+    /// The laws of scattering, for all bsdfs and at the ends of their parameters.
+    #[arg(long)]
+    pub(super) bsdf: bool,
+    /// Lights of all sizes and brightnesses, skies, black lights, many lights.
+    #[arg(long)]
+    pub(super) light: bool,
+    /// Scenes with closed-form answers.
+    #[arg(long)]
+    pub(super) scene: bool,
+    /// The same bits for one thread and for all, for all vector instructions, at all scales that are powers of two.
+    #[arg(long)]
+    pub(super) determinism: bool,
+    /// Rays of each kind at each mesh (default 8000); of spawned rays, of each kind (default 1000000).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) rays: Option<u64>,
+    /// Take hours: 10^8 random rays, 10^9 at edges and vertices of closed meshes, and 10^6 of each other kind at each mesh; 10^9
+    /// spawned rays; χ² tests of all that has a density; sixteen times the samples of scenes.
     #[arg(long, conflicts_with = "rays")]
     pub(super) long: bool,
     /// Seed of meshes and rays.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(super) seed: u64,
-    /// This mesh alone.
+    /// This mesh alone, of --accel.
     #[arg(long, value_name = "NAME")]
     pub(super) mesh: Option<String>,
-    /// This kind of rays alone.
+    /// This kind alone: of rays, of what they are spawned from, of laws, lights, scenes or bits.
     #[arg(long, value_name = "NAME")]
     pub(super) kind: Option<String>,
-    /// This ray alone, with what everyone says of it.
-    #[arg(long, value_name = "N", requires = "mesh", requires = "kind")]
+    /// This ray or test alone, with what everyone says of it.
+    #[arg(long, value_name = "N", requires = "kind")]
     pub(super) ray: Option<u64>,
     /// Threads; 0 for one a core.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=MAX_THREADS))]

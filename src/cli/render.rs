@@ -346,7 +346,10 @@ fn report(command: &str, prepared: &Prepared, rendered: &Rendered, say: &dyn Fn(
         ));
     }
     let dropped = &rendered.dropped;
-    if dropped.count > 0 {
+    if !dropped.is_empty() {
+        if dropped.negative > 0 {
+            say(format_args!("warning: {} samples were negative and were counted as they are", dropped.negative));
+        }
         let kinds = [
             (dropped.non_finite(), "not finite"),
             (dropped.oversized, "more than 2^31 times as bright as the brightest light"),

@@ -35,6 +35,7 @@ pub(super) struct Stats<'a> {
     /// Part of the threads' time that ray queries took.
     ray_query_share: f64,
     non_finite_samples: u64,
+    negative_samples: u64,
     oversized_samples: u64,
     dropped_examples: Vec<[i64; 3]>,
     /// Pixel values, over all files, that were too large for half floats.
@@ -141,6 +142,7 @@ impl<'a> Stats<'a> {
             rays_per_second: rays.total() as f64 / seconds,
             samples_per_second: rendered.samples as f64 / seconds,
             non_finite_samples: rendered.dropped.non_finite(),
+            negative_samples: rendered.dropped.negative,
             oversized_samples: rendered.dropped.oversized,
             dropped_examples: rendered
                 .dropped

@@ -7,6 +7,7 @@ mod aov;
 mod bsdf;
 mod inventory;
 mod texture;
+mod transform;
 
 pub use aov::{Aov, AovKind};
 pub use bsdf::{

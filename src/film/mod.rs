@@ -52,18 +52,25 @@ pub struct SampleId {
     pub index: u32,
 }
 
-/// Samples that were left out because their value was not finite or did not fit.
+/// Samples that were left out because their value was not finite or did not fit, and those that count but were negative.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dropped {
     /// How many.
     pub count: u64,
     /// How many of them were finite, but did not fit.
     pub oversized: u64,
+    /// Samples beside these that were negative in some channel, as no light is: they count all the same.
+    pub negative: u64,
     /// The first few, in the order of their ids.
     pub examples: Vec<SampleId>,
 }
 
 impl Dropped {
+    /// Whether there is nothing to tell.
+    pub fn is_empty(&self) -> bool {
+        self.examples.is_empty()
+    }
+
     /// How many were not finite.
     pub fn non_finite(&self) -> u64 {
         self.count.saturating_sub(self.oversized)
@@ -76,9 +83,21 @@ impl Dropped {
         self.trim();
     }
 
-    fn add(&mut self, other: &Self) {
+    /// Remembers a sample that counts, if it is negative.
+    #[inline]
+    fn look_at(&mut self, id: SampleId, value: Rgb) {
+        if value.0.min_element() < 0.0 {
+            self.negative += u64::from(value.is_finite());
+            self.examples.push(id);
+            self.trim();
+        }
+    }
+
+    /// Both together.
+    pub fn add(&mut self, other: &Self) {
         self.count = self.count.saturating_add(other.count);
         self.oversized = self.oversized.saturating_add(other.oversized);
+        self.negative = self.negative.saturating_add(other.negative);
         self.examples.extend_from_slice(&other.examples);
         self.trim();
     }
@@ -99,7 +118,8 @@ pub struct Pixel {
 }
 
 impl Pixel {
-    fn add(&mut self, other: &Self) {
+    /// Both together.
+    pub fn add(&mut self, other: &Self) {
         self.sum.add(&other.sum);
         self.weight += other.weight;
     }
@@ -231,7 +251,7 @@ impl Film {
                 film.add(index, bounds, sums, tile.reach());
             }
         }
-        if tile.dropped().count > 0 {
+        if !tile.dropped().is_empty() {
             lock(&self.dropped).add(tile.dropped());
         }
     }

@@ -155,7 +155,7 @@ fn bad_samples_are_left_out_counted_and_named() {
         tile.add_sample(id(3), Rgb::new(0.0, 1e10, 0.0), middle);
         film.add(&tile);
         assert_eq!(film.develop().get(0, 0), Rgb::splat(3.0), "{filter:?}");
-        let dropped = Dropped { count: 2, oversized: 1, examples: vec![id(1), id(3)] };
+        let dropped = Dropped { count: 2, oversized: 1, negative: 0, examples: vec![id(1), id(3)] };
         assert_eq!(film.dropped(), dropped, "{filter:?}");
         assert_eq!(film.dropped().non_finite(), 1);
     }

@@ -59,7 +59,7 @@ impl Tile {
 
     /// Counts the radiance of one sample of one of the tile's pixels; `position` tells, if that matters, where in the
     /// pixel it was taken, in [0, 1)². A value that is not finite or does not fit counts as no sample at all, and is
-    /// remembered.
+    /// remembered, as is one that is negative, which counts.
     #[inline]
     pub fn add_sample(&mut self, id: SampleId, radiance: Rgb, position: impl FnOnce() -> Vec2) {
         if let Some(kernel) = &self.kernel {
@@ -69,6 +69,7 @@ impl Tile {
         let pixel = &mut self.pixels[self.reach.index(id.x, id.y)];
         if pixel.sum.push(radiance, self.scale) {
             pixel.weight += i128::from(ONE);
+            self.dropped.look_at(id, radiance);
         } else {
             self.dropped.push(id, radiance);
         }
@@ -76,6 +77,7 @@ impl Tile {
 
     fn splat(&mut self, kernel: &Kernel, id: SampleId, radiance: Rgb, position: Vec2) {
         let Some(value) = self.scale.factors(radiance) else { return self.dropped.push(id, radiance) };
+        self.dropped.look_at(id, radiance);
         let (taps_x, taps_y) = (kernel.taps(position.x), kernel.taps(position.y));
         let Area { x: left, y: top, width, height } = self.reach;
         let (x, across) = taps_x.within(id.x, left, left + width.cast_signed());

@@ -1,4 +1,4 @@
-//! The χ² test that samples follow the density they claim, over directions or over the unit square; for tests.
+//! The χ² test that samples follow the density they claim, over directions or over the unit square.
 //!
 //! The domain is mapped to a square; a k-d tree of cells is split where a pilot run of the sampler has many samples, so
 //! that a lobe of a thousandth of a radian gets as many cells as a wide one; the density is integrated over each cell
@@ -6,7 +6,9 @@
 //! by lying outside the refined cells. Samples that the sampler declines (`None`) are a cell of their own, expected as
 //! often as the density falls short of one.
 
-use glam::{DVec2, Vec2, Vec3};
+#[cfg(test)]
+use glam::Vec2;
+use glam::{DVec2, Vec3};
 use statrs::function::gamma::gamma_ur;
 use std::f64::consts::TAU;
 
@@ -43,6 +45,7 @@ pub(crate) struct Outcome {
     /// Share of the samples that the sampler declined.
     pub(crate) lost: f64,
     /// Degrees of freedom of χ².
+    #[allow(dead_code, reason = "shown where a test fails")]
     pub(crate) freedom: f64,
 }
 
@@ -70,6 +73,7 @@ pub(crate) fn on_sphere(
 }
 
 /// Tests whether `sample(0..samples)` has the density `pdf` per area of the unit square.
+#[cfg(test)]
 pub(crate) fn on_square(
     samples: u32,
     mut sample: impl FnMut(u32) -> Option<Vec2>,

@@ -1,6 +1,5 @@
 //! The mathematics of sampling: warps with their densities, discrete distributions, multiple importance sampling.
 
-#[cfg(test)]
 pub(crate) mod chi_square;
 pub mod distribution;
 pub mod mis;

@@ -10,7 +10,7 @@
 //! [`super::sphere`], from where the argument and its source carry over.
 
 use super::disk::ellipse_bounds;
-use super::offset::SurfacePoint;
+use super::offset::{self, SurfacePoint};
 use super::surface::ShapePoint;
 use crate::math::bounds::Bounds;
 use crate::math::float::UNIT_ROUNDOFF_F64;
@@ -86,7 +86,16 @@ impl Cylinder {
         let p = self.base + xy.x * self.u + xy.y * self.v + z * self.h;
         let n = self.radial(xy).normalize().as_vec3();
         let n = if self.flip { -n } else { n };
-        ShapePoint { point: SurfacePoint { p, n, slack: 0.0 }, shading_normal: n }
+        let slack = offset::sagitta(p, self.curvature(xy));
+        ShapePoint { point: SurfacePoint { p, n, slack }, shading_normal: n }
+    }
+
+    /// A bound on its curvature in the direction `xy` of unit length. A point that is moved along the surface by e is moved in the
+    /// unit circle's plane by at most e·√(|dual₀|² + |dual₁|²), which is squared there and halved; along n, the distance to the
+    /// circle changes by the length of the normal's image.
+    #[inline]
+    pub(super) fn curvature(&self, xy: DVec2) -> f64 {
+        (self.dual[0].length_squared() + self.dual[1].length_squared()) / self.radial(xy).length()
     }
 
     /// Where `p` is as seen along the axis: outside of the (endless) cylinder if longer than 1.

@@ -16,6 +16,10 @@
 //! 6.8.6 with the bound of the hit point replaced by that of its rounding, and the extents after Andersson et al. 2023,
 //! *Solving Self-Intersection Artifacts in DirectX Raytracing*. The factor 8 covers Embree's test; our own decides
 //! doubtful cases in f64 and needs none of it.
+//!
+//! Curved surfaces are met in f64, but the rounding of the origin along the surface, by at most u·|p|, takes it to the outside by
+//! the sagitta ½κ·(u·|p|)², κ being the largest curvature there. Where n is nearly perpendicular to p that is more than the rounding
+//! along n, so that rays inside of thin things would meet them at once. δ of a curved surface grows by twice that.
 
 use crate::math::float::{UNIT_ROUNDOFF, gamma};
 use glam::{DVec3, Vec3};
@@ -36,7 +40,7 @@ pub struct SurfacePoint {
     /// Unit geometric normal of the front side; zero of a point in free space, which needs no offset.
     pub n: Vec3,
     /// What an intersection test may displace the primitive by, along n: zero for primitives that are intersected in
-    /// f64.
+    /// f64; of curved ones, what rounding along the surface amounts to.
     pub slack: f32,
 }
 
@@ -52,6 +56,14 @@ pub(super) fn slack(n: Vec3, extent: Vec3) -> f32 {
 #[inline]
 pub(super) fn exact_slack(extents: f32) -> f32 {
     EXACT_ROUNDINGS * extents
+}
+
+/// What the rounding of a point along a surface of this curvature takes it off to the outside by, twice; what is smaller than the
+/// rounding it may leave by all of that.
+#[inline]
+pub(super) fn sagitta(p: DVec3, curvature: f64) -> f32 {
+    let along = UNIT_ROUNDOFF * p.length() as f32;
+    (along * along * curvature as f32).min(2.0 * along)
 }
 
 impl SurfacePoint {

@@ -97,8 +97,7 @@ impl Placement {
         let inverse = absolute(w * m - DMat3::IDENTITY) * DVec3::ONE + (w * t + v).abs();
         let displacement = inverse + (abs_w * (reach + t.abs() + 2.0) + v.abs()) * gamma;
         let error = (abs_m * displacement).to_array().map(|e| round_up(e).next_up()).into();
-        let norm = |m: DMat3| m.to_cols_array().into_iter().map(|c| c * c).sum::<f64>().sqrt();
-        Some(Self { to_scene, to_group, error, reach, skew: round_up(norm(m) * norm(w)) })
+        Some(Self { to_scene, to_group, error, reach, skew: round_up(frobenius(&m) * frobenius(&w)) })
     }
 
     /// How far along the scene's axes what is in the group can be from its middle.
@@ -145,6 +144,11 @@ impl Placement {
     fn direction(&self, d: Vec3) -> Vec3 {
         (self.to_scene.matrix3 * d.as_dvec3()).normalize_or_zero().as_vec3()
     }
+}
+
+/// What it stretches a vector by, at most.
+fn frobenius(m: &DMat3) -> f64 {
+    m.to_cols_array().into_iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
 fn absolute(m: DMat3) -> DMat3 {
@@ -258,7 +262,11 @@ impl Placed {
         // The normal was rounded in the group: an offset along it reckons with coordinates that are 0 by a little, and
         // rounding the point along the others moves it by this.
         let tilt = UNIT_ROUNDOFF * map.skew * (2.0 * UNIT_ROUNDOFF) * p.abs().element_sum() as f32;
-        ShapePoint { point: SurfacePoint { p, n, slack: n.abs().dot(map.error) + tilt }, shading_normal }
+        // The scene's rounding along the surface, magnified on its way to the group, and what comes of it on the way back.
+        let inverse = frobenius(&map.to_group.matrix3);
+        let bend = frobenius(&map.to_scene.matrix3) * inverse * inverse * self.shape().curvature(at.point.p);
+        let slack = n.abs().dot(map.error) + tilt + offset::sagitta(p, bend);
+        ShapePoint { point: SurfacePoint { p, n, slack }, shading_normal }
     }
 
     /// The direction in the scene of a tangent of the group, found by `at` for a point of the group.

@@ -1,6 +1,6 @@
 //! The point where a ray meets a primitive that an accelerator found: computed here once, whoever found it.
 
-use super::offset::SurfacePoint;
+use super::offset::{self, SurfacePoint};
 use super::triangle::{self, Corner};
 use super::{Plane, Shape, TriangleMesh, sphere::Sphere};
 use crate::math::ray::{Line, Ray};
@@ -54,6 +54,15 @@ impl Shape {
             }
             Self::Disk(disk) => disk.meet(ray),
             Self::Cylinder(cylinder) => cylinder.meet(ray),
+        }
+    }
+
+    /// A bound on the curvature of a quadric at a point of it.
+    pub(super) fn curvature(&self, p: DVec3) -> f64 {
+        match self {
+            Self::Sphere(sphere) => sphere.curvature(),
+            Self::Cylinder(cylinder) => cylinder.curvature(cylinder.project(p).normalize()),
+            Self::Mesh(_) | Self::Disk(_) | Self::Placed(_) => 0.0,
         }
     }
 
@@ -149,12 +158,19 @@ impl TriangleMesh {
 }
 
 impl Sphere {
+    /// Its curvature.
+    #[inline]
+    pub(super) fn curvature(&self) -> f64 {
+        1.0 / f64::from(self.radius)
+    }
+
     /// The point of the sphere in direction `from_centre`, not zero, of any length.
     #[inline]
     pub fn point(&self, from_centre: DVec3) -> ShapePoint {
         let n = from_centre.normalize();
         let p = self.centre.as_dvec3() + n * f64::from(self.radius);
         let n = if self.flip { -n.as_vec3() } else { n.as_vec3() };
-        ShapePoint { point: SurfacePoint { p, n, slack: 0.0 }, shading_normal: n }
+        let slack = offset::sagitta(p, self.curvature());
+        ShapePoint { point: SurfacePoint { p, n, slack }, shading_normal: n }
     }
 }

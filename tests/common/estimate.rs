@@ -56,9 +56,14 @@ impl Worst {
 impl Estimate {
     /// From `seeds` renders, and the scatter among them.
     pub fn of(scene: &Scene, settings: &RenderSettings, seeds: u64) -> Self {
+        Self::of_shifted(scene, settings, seeds, 0)
+    }
+
+    /// The same with seeds that start later.
+    pub fn of_shifted(scene: &Scene, settings: &RenderSettings, seeds: u64, shift: u64) -> Self {
         let pictures = (0..seeds).map(|seed| {
             let mut s = *settings;
-            s.sampler.seed = FIRST_SEED + seed;
+            s.sampler.seed = FIRST_SEED + shift + seed;
             picture(scene, &s)
         });
         let values: Vec<[Vec<f64>; 3]> = pictures.map(|p| levels(&p)).collect();

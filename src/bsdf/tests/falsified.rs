@@ -1,8 +1,8 @@
 //! Seeded bugs, each of which the laws must reject. Where it can, a bug is consistent with itself (its samples carry the
 //! wrong density, and the weight that follows from it), so that nothing but the law it breaks can find it.
 
-use super::table::{glass, metal};
 use super::*;
+use crate::check::laws::table::{glass, metal};
 use crate::math::float::sqr;
 
 /// A bsdf whose density is wrong by a factor.

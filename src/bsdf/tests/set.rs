@@ -1,7 +1,7 @@
 //! Overriding one parameter gives the bsdf that has it from the start, and cannot take a number out of its range.
 
-use super::table::edge_directions;
 use super::*;
+use crate::check::laws::table::edge_directions;
 use Parameter as P;
 
 const GREEN: Rgb = Rgb::new(0.1, 0.7, 0.2);

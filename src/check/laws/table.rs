@@ -1,23 +1,25 @@
-//! The configurations that the laws are tested for.
+//! The configurations of bsdfs that the laws are tested for.
 
-use super::*;
+use crate::bsdf::*;
+use crate::spectrum::Rgb;
+use glam::Vec3;
 use std::sync::LazyLock;
 
 /// One configuration.
-pub(super) struct Row {
-    pub(super) name: String,
-    pub(super) bsdf: Bsdf,
+pub(crate) struct Row {
+    pub(crate) name: String,
+    pub(crate) bsdf: Bsdf,
     /// Index of refraction below relative to above; 1 if nothing gets there.
-    pub(super) eta: f32,
-    pub(super) energy: Energy,
+    pub(crate) eta: f32,
+    pub(crate) energy: Energy,
     /// Pairs of directions for which reciprocity is not asked. Only the thin principled bsdf, which as Mitsuba has it blocks
     /// some ways in one direction only, has such.
-    pub(super) exempt: fn(Vec3, Vec3) -> bool,
+    pub(crate) exempt: fn(Vec3, Vec3) -> bool,
 }
 
 /// How much may come back.
 #[derive(Clone, Copy)]
-pub(super) enum Energy {
+pub(crate) enum Energy {
     /// No sample's weight exceeds 1 by more than this. Only Beckmann's masking, which is approximated in the value but not
     /// in the density, may, by the error of the approximation.
     Sample(f32),
@@ -31,6 +33,9 @@ const METAL: (Rgb, Rgb) = (Rgb::new(0.2, 0.9, 1.4), Rgb::new(3.9, 2.4, 1.6));
 const ALPHAS: [(f32, f32); 8] =
     [(1e-3, 1e-3), (0.02, 0.02), (0.1, 0.1), (0.5, 0.5), (1.0, 1.0), (0.05, 0.4), (0.6, 0.1), (2e-3, 0.2)];
 
+/// Those of [`edges`].
+const EDGE_ALPHAS: [(f32, f32); 5] = [(1e-5, 1e-5), (1e-4, 1e-4), (1e-3, 1.0), (1.0, 1e-3), (1.0, 1.0)];
+
 /// Into glass and out of it, hardly any contrast, diamond.
 const ETAS: [f32; 4] = [1.5, 1.0 / 1.5, 1.05, 2.4];
 
@@ -40,16 +45,16 @@ fn is_tested(eta: f32, alphas: (f32, f32)) -> bool {
     eta == ETAS[0] || [ALPHAS[0], ALPHAS[4], ALPHAS[5]].contains(&alphas)
 }
 
-pub(super) fn metal(distribution: Distribution, (u, v): (f32, f32)) -> Bsdf {
+pub(crate) fn metal(distribution: Distribution, (u, v): (f32, f32)) -> Bsdf {
     let facets = Microfacets::new(distribution, u, v);
     Bsdf::RoughConductor(RoughConductor::new(facets, METAL.0, METAL.1, Rgb::WHITE))
 }
 
-pub(super) fn glass(distribution: Distribution, (u, v): (f32, f32), eta: f32) -> Bsdf {
+pub(crate) fn glass(distribution: Distribution, (u, v): (f32, f32), eta: f32) -> Bsdf {
     RoughDielectric::bsdf(Microfacets::new(distribution, u, v), eta, Rgb::WHITE, Rgb::splat(0.9))
 }
 
-pub(super) fn table() -> &'static [Row] {
+pub(crate) fn table() -> &'static [Row] {
     static TABLE: LazyLock<Vec<Row>> = LazyLock::new(|| {
         let mut rows = interfaces();
         rows.extend(rough_diffuse());
@@ -63,7 +68,34 @@ pub(super) fn table() -> &'static [Row] {
     &TABLE
 }
 
-pub(super) fn row(name: &str, bsdf: Bsdf, eta: f32) -> Row {
+/// Configurations where numbers end: nearly smooth, a thousand times as rough one way as the other, hardly any contrast,
+/// the least and largest indices, metal that absorbs nothing or all but everything.
+pub(crate) fn edges() -> &'static [Row] {
+    static EDGES: LazyLock<Vec<Row>> = LazyLock::new(edge_rows);
+    &EDGES
+}
+
+fn edge_rows() -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (distribution, gain) in [(Distribution::Ggx, 0.0), (Distribution::Beckmann, 0.0036)] {
+        let mut add = |name: String, bsdf: Bsdf, eta: f32| {
+            rows.push(Row { energy: Energy::Sample(gain), ..row(&format!("{name} {distribution:?}"), bsdf, eta) });
+        };
+        for alphas in EDGE_ALPHAS {
+            let facets = Microfacets::new(distribution, alphas.0, alphas.1);
+            for (eta, k) in [(0.0, 0.0), (0.0, 10.0), (4.0, 0.0), (4.0, 10.0), (1.0, 1e-3)] {
+                let metal = RoughConductor::new(facets, Rgb::splat(eta), Rgb::splat(k), Rgb::WHITE);
+                add(format!("metal {alphas:?} η {eta} k {k}"), Bsdf::RoughConductor(metal), 1.0);
+            }
+            for eta in [0.25, 1.0 - 1e-7, 1.0 + 1e-7, 1.0 + 1e-4, 4.0] {
+                add(format!("glass {alphas:?} η {eta}"), glass(distribution, alphas, eta), eta);
+            }
+        }
+    }
+    rows
+}
+
+pub(crate) fn row(name: &str, bsdf: Bsdf, eta: f32) -> Row {
     Row { name: name.into(), bsdf, eta, energy: Energy::Sample(0.0), exempt: |_, _| false }
 }
 
@@ -210,7 +242,7 @@ fn thin() -> Vec<Row> {
 }
 
 /// Directions from normal incidence to nearly grazing, from below, too, if `both`.
-pub(super) fn directions(both: bool) -> impl Iterator<Item = Vec3> {
+pub(crate) fn directions(both: bool) -> impl Iterator<Item = Vec3> {
     let above = [1.0f32, 0.8, 0.4, 0.1, 0.01].into_iter().map(|z| {
         let r = (1.0 - z * z).sqrt();
         Vec3::new(r * 0.6, r * 0.8, z)
@@ -219,7 +251,7 @@ pub(super) fn directions(both: bool) -> impl Iterator<Item = Vec3> {
 }
 
 /// Directions where numbers end.
-pub(super) fn edge_directions() -> impl Iterator<Item = Vec3> {
+pub(crate) fn edge_directions() -> impl Iterator<Item = Vec3> {
     [1.0f32, 0.5, 1e-4, 1e-7, 1e-20, 1e-38, 0.0].into_iter().flat_map(|z| {
         let r = (1.0 - z * z).sqrt();
         [-z, z]
@@ -229,7 +261,7 @@ pub(super) fn edge_directions() -> impl Iterator<Item = Vec3> {
 }
 
 /// Bsdfs with parameters at the ends of their ranges.
-pub(super) fn extremes() -> Vec<(String, Bsdf)> {
+pub(crate) fn extremes() -> Vec<(String, Bsdf)> {
     let mut all = Vec::new();
     for distribution in [Distribution::Ggx, Distribution::Beckmann] {
         for alphas in [(1e-5, 1e-5), (1e-4, 1e-2), (1e-2, 1e-2), (1.0, 1.0), (10.0, 1e-5), (1e6, 1e6)] {

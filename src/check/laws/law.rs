@@ -1,21 +1,24 @@
 //! The laws, each for one bsdf and one direction of view.
 
-use super::*;
+use super::{Subject, uniform};
 use crate::math::float::UNIT_ROUNDOFF;
+use crate::sampler::{Sampler, SamplerKind};
 use crate::sampling::chi_square;
 use crate::sampling::warp;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// False-alarm rate of all χ² tests of a family together.
-const FALSE_ALARMS: f64 = 0.01;
+pub(crate) const FALSE_ALARMS: f64 = 0.01;
 
 /// Relative error of a density's integral over the sphere: what the harness allows itself, twice.
 const INTEGRAL: f64 = 1e-3;
 
+/// Samples of each χ² test.
+const SAMPLES: u32 = 50_000;
+
 /// Samples follow the density, whose integral falls short of one by the share of samples that are lost: those that leave
 /// to the wrong side of the surface (up to a few per cent for rough microfacets seen at grazing angles).
-pub(super) fn density(subject: &impl Subject, wo: Vec3, tests: usize) -> Result<(), String> {
-    const SAMPLES: u32 = 50_000;
+pub(crate) fn density(subject: &impl Subject, wo: Vec3, tests: usize) -> Result<(), String> {
     /// Standard deviations that the lost samples' number may be off by: false alarms are one in a million.
     const DEVIATIONS: f64 = 5.0;
     // Delta lobes have no density, and count as lost.
@@ -32,20 +35,25 @@ pub(super) fn density(subject: &impl Subject, wo: Vec3, tests: usize) -> Result<
     if outcome.p_value < level { Err(format!("χ²: {outcome:?}, level {level:.1e}")) } else { Ok(()) }
 }
 
-/// How much `f` changes where `w` is rounded differently: each coordinate by a few units in the last place of one.
+/// How much `f` changes where `w` is rounded differently: each coordinate by a few units in the last place of one, and its length,
+/// which matters where directions nearly cancel, as at an interface of hardly any contrast.
 fn wobble(w: Vec3, f: impl Fn(Vec3) -> f32) -> f32 {
     /// A direction is the result of some operations with results of size one, and is normalised once more.
     const ROUNDINGS: f32 = 8.0 * UNIT_ROUNDOFF;
+    /// A vector that was normalised has a length of one but for the rounding of its coordinates, the square root and the quotient.
+    const LENGTH: f32 = 2.0 * UNIT_ROUNDOFF;
     let here = f(w);
     let change = |d: Vec3| (f((w + d * ROUNDINGS).normalize()) - here).abs();
-    [Vec3::X, Vec3::Y, Vec3::Z].into_iter().map(|axis| change(axis).max(change(-axis))).sum()
+    let sideways: f32 = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().map(|axis| change(axis).max(change(-axis))).sum();
+    let stretched = |by: f32| (f(w * (1.0 + by)) - here).abs();
+    sideways + stretched(LENGTH).max(stretched(-LENGTH))
 }
 
 /// Relative error of the operations that follow, beyond what rounding of directions does.
 const OPERATIONS: f32 = 1e-5;
 
 /// A sample's weight is value over density, and its density is the one asked for, both as near as rounding allows.
-pub(super) fn weight(subject: &impl Subject, wo: Vec3) -> Result<(), String> {
+pub(crate) fn weight(subject: &impl Subject, wo: Vec3) -> Result<(), String> {
     for i in 0..1000 {
         let Some(s) = subject.draw(wo, uniform(5, i)) else { continue };
         if !((s.wi.length() - 1.0).abs() < OPERATIONS) {
@@ -70,7 +78,7 @@ pub(super) fn weight(subject: &impl Subject, wo: Vec3) -> Result<(), String> {
 }
 
 /// No sample carries more than came in, up to `gain`. For transmission 1/η² is the change of radiance, not of energy.
-pub(super) fn energy(subject: &impl Subject, wo: Vec3, gain: f32) -> Result<(), String> {
+pub(crate) fn energy(subject: &impl Subject, wo: Vec3, gain: f32) -> Result<(), String> {
     for i in 0..2000 {
         let Some(s) = subject.draw(wo, uniform(6, i)) else { continue };
         let energy = s.weight.0 * (s.eta * s.eta);
@@ -83,7 +91,7 @@ pub(super) fn energy(subject: &impl Subject, wo: Vec3, gain: f32) -> Result<(), 
 
 /// Samples carry no more than `most` of what came in, on average: for bsdfs of several lobes, whose samples may weigh more
 /// if only others weigh less.
-pub(super) fn albedo(subject: &impl Subject, wo: Vec3, most: f32) -> Result<(), String> {
+pub(crate) fn albedo(subject: &impl Subject, wo: Vec3, most: f32) -> Result<(), String> {
     const POINTS: u32 = 1 << 13;
     /// Error of an integral over Sobol' points: samples are smooth functions of them but where the lobe changes, and at such
     /// edges the error is some POINTS^(−3/4), a thousandth, of weights of some units.
@@ -104,7 +112,7 @@ pub(super) fn albedo(subject: &impl Subject, wo: Vec3, most: f32) -> Result<(), 
 
 /// f(wo, wi)/ηi² = f(wi, wo)/ηo², up to rounding (Veach 1997, equation 5.14, for radiance as it is seen), where `eta` is
 /// the index below relative to above: for directions all over the sphere, and for sampled ones, but for pairs that are `exempt`.
-pub(super) fn reciprocity(
+pub(crate) fn reciprocity(
     subject: &impl Subject,
     wo: Vec3,
     eta: f32,
@@ -132,6 +140,28 @@ pub(super) fn reciprocity(
                 + f32::MIN_POSITIVE;
             if !((a - b).abs() <= tolerance) {
                 return Err(format!("wi {wi}: {a} there, {b} back, tolerance {tolerance}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where parameters and directions are at their ends, samples are finite, of unit length and with a positive density, and
+/// values and densities are finite and not negative.
+pub(crate) fn edges(subject: &impl Subject, wo: Vec3) -> Result<(), String> {
+    for i in 0..200 {
+        let sample = subject.draw(wo, uniform(9, i));
+        if let Some(s) = sample {
+            let pdf = s.pdf.map_or(1.0, |p| p.0);
+            let good = s.wi.is_finite() && s.weight.is_finite() && s.eta > 0.0 && pdf > 0.0 && pdf.is_finite();
+            if !(good && (s.wi.length() - 1.0).abs() < OPERATIONS) {
+                return Err(format!("{s:?}"));
+            }
+        }
+        for wi in sample.map(|s| s.wi).into_iter().chain(super::table::edge_directions().nth(i as usize)) {
+            let (f, p) = subject.value_and_pdf(wo, wi);
+            if !(f.is_finite() && f.0.min_element() >= 0.0 && p.0 >= 0.0 && p.0.is_finite()) {
+                return Err(format!("wi {wi}: {f:?} {p:?}"));
             }
         }
     }

@@ -1,16 +1,15 @@
-//! `snell check`: whether the installed command answers right.
+//! `snell check --accel`: whether accelerators are right about nasty rays.
 
-use super::args::CheckArgs;
-use super::{EXIT_FAILED, prepare};
+use super::page::{self, chosen, print};
 use crate::accel::{Hit, oracle};
 use crate::check::accel::{ASKED, Answer, Contest, Counts, Faults, Wrong, judge, truth};
 use crate::check::meshes::{MESHES, Mesh};
 use crate::check::rays::{Aimed, RayKind, aim};
+use crate::cli::args::CheckArgs;
 use crate::error::{Error, Result};
 use crate::math::ray::Ray;
 use glam::Vec3;
-use std::io::{IsTerminal, Write};
-use std::process::ExitCode;
+use std::io::Write;
 use std::time::Instant;
 
 /// Wrong answers that are shown of each kind and mesh.
@@ -28,46 +27,54 @@ const LONG_RIM: u64 = 1_000_000_000;
 /// Rays of every other kind at each mesh.
 const LONG_OTHER: u64 = 1_000_000;
 
-/// Runs the checks that are asked for: 0 if all is right, 1 if our own accelerator is wrong.
-pub(super) fn run(args: &CheckArgs) -> Result<ExitCode> {
-    // There is one check so far, so that `--accel` asks for all there are.
-    let _ = args.accel;
-    let meshes = chosen("mesh", args.mesh.as_deref(), MESHES.map(|(name, _)| name))?;
-    let kinds = chosen("kind", args.kind.as_deref(), RayKind::ALL.map(RayKind::name))?;
-    let pool = prepare::pool(args.threads)?;
-    let right = pool.install(|| match args.ray {
+/// Rays of each kind at each mesh, unless the user says how many; and where they are one check of many.
+const RAYS: u64 = 8000;
+const FEW_RAYS: u64 = 1500;
+
+/// The whole table, or one ray. Returns whether our own accelerator is right.
+pub(super) fn run(args: &CheckArgs) -> Result<bool> {
+    let meshes = chosen("mesh", args.mesh.as_deref(), &MESHES.map(|(name, _)| name))?;
+    let kinds = chosen("kind", args.kind.as_deref(), &RayKind::ALL.map(RayKind::name))?;
+    match args.ray {
+        Some(_) if args.mesh.is_none() => Err(Error::Usage("--ray: which mesh's? Expected --mesh, too".into())),
         Some(index) => replay(args, meshes[0], RayKind::ALL[kinds[0]], index),
         None => all(args, &meshes, &kinds),
-    })?;
-    Ok(if right { ExitCode::SUCCESS } else { ExitCode::from(EXIT_FAILED) })
-}
-
-/// The places of what is named, or of all.
-fn chosen<const N: usize>(what: &str, name: Option<&str>, names: [&str; N]) -> Result<Vec<usize>> {
-    let Some(name) = name else { return Ok((0..N).collect()) };
-    match names.iter().position(|&known| known == name) {
-        Some(place) => Ok(vec![place]),
-        None => {
-            let known = names.join(", ");
-            Err(Error::Usage(format!("--{what}: '{name}' is not known; expected one of {known}")))
-        }
     }
 }
 
+/// A line for each mesh. Returns whether our own accelerator is right.
+pub(super) fn summary(args: &CheckArgs) -> Result<bool> {
+    let mut right = true;
+    for (index, (name, what)) in MESHES.into_iter().enumerate() {
+        let mesh = Mesh::new(index, args.seed);
+        let contest = Contest::new(&mesh, args.seed)?;
+        let mut sum = Counts::default();
+        let mut wrong = Vec::new();
+        for kind in RayKind::ALL {
+            let counts = trace(&contest, &mesh, kind, rays(args, &mesh, kind, FEW_RAYS));
+            wrong.extend(counts.native.examples.iter().map(|wrong| (kind, wrong.index)));
+            sum = sum.and(counts);
+        }
+        let embree = sum.embree.wrong + sum.embree.lost;
+        let of_embree = if embree > 0 { format!("; {embree} wrong ones of embree") } else { String::new() };
+        page::line("accel", name, &format!("{} rays, {what}{of_embree}", sum.rays), sum.native.is_empty());
+        for (kind, index) in wrong.into_iter().take(SHOWN) {
+            page::replay(&replay_line(&mesh, kind, index, args.seed));
+        }
+        right &= sum.native.is_empty();
+    }
+    Ok(right)
+}
+
 /// How many rays of a kind are for a mesh.
-fn rays(args: &CheckArgs, mesh: &Mesh, kind: RayKind) -> u64 {
+fn rays(args: &CheckArgs, mesh: &Mesh, kind: RayKind, default: u64) -> u64 {
     let closed = || (0..MESHES.len()).filter(|&i| Mesh::new(i, args.seed).is_closed()).count() as u64;
     match kind {
-        _ if !args.long => args.rays,
+        _ if !args.long => args.rays.unwrap_or(default),
         RayKind::Random => LONG_RANDOM.div_ceil(MESHES.len() as u64),
         RayKind::Edge | RayKind::Vertex if mesh.is_closed() => LONG_RIM.div_ceil(2 * closed()),
         _ => LONG_OTHER,
     }
-}
-
-fn print(line: std::fmt::Arguments<'_>) {
-    // Nobody may be reading.
-    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 /// The table. Returns whether our own is right.
@@ -84,7 +91,7 @@ fn all(args: &CheckArgs, meshes: &[usize], kinds: &[usize]) -> Result<bool> {
         let contest = Contest::new(&mesh, args.seed)?;
         for &kind in kinds {
             let kind = RayKind::ALL[kind];
-            let counts = trace(&contest, &mesh, kind, rays(args, &mesh, kind));
+            let counts = trace(&contest, &mesh, kind, rays(args, &mesh, kind, RAYS));
             row(args, &contest, &mesh, kind, &counts);
             must_hit += if can_lose(&mesh, kind) { counts.rays } else { 0 };
             sum = sum.and(counts);
@@ -128,12 +135,7 @@ fn trace(contest: &Contest<'_>, mesh: &Mesh, kind: RayKind, rays: u64) -> Counts
 /// A line of the table, and what was answered wrong.
 fn row(args: &CheckArgs, contest: &Contest<'_>, mesh: &Mesh, kind: RayKind, counts: &Counts) {
     let right = counts.native.is_empty();
-    let word = match (right, std::io::stdout().is_terminal()) {
-        (true, false) => "ok",
-        (false, false) => "FAILED",
-        (true, true) => "\x1b[32mok\x1b[0m",
-        (false, true) => "\x1b[31mFAILED\x1b[0m",
-    };
+    let word = page::verdict(right);
     let lost = |faults: &Faults| if can_lose(mesh, kind) { faults.lost.to_string() } else { "-".into() };
     let embree = if contest.has_embree() {
         [counts.embree.wrong.to_string(), lost(&counts.embree)]
