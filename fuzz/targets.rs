@@ -171,7 +171,8 @@ fn draw(description: &mut SceneDescription) -> Outcome {
         light_samples: 1,
         reuse: PathReuse::Off,
     };
-    let settings = RenderSettings { samples: 1, sampler: Sampler { kind: SamplerKind::Sobol, seed: 1 }, integrator };
+    let sampler = Sampler { kind: SamplerKind::Sobol, seed: 1 };
+    let settings = RenderSettings { samples: 1, sampler, integrator, clamp: None };
     render(&compiled.scene, &settings, pool(), &Progress::default());
     Ok(())
 }

@@ -32,6 +32,31 @@ fn emitting_room(radiance: f32) -> String {
     .replace(film, &format!("{film}><string name=\"component_format\" value=\"float32\"/"))
 }
 
+/// Where samples are limited the file tells by what, and nothing is above it.
+#[test]
+fn a_limit_is_told_by_the_file() {
+    let desk = Desk::new();
+    fs::write(desk.path("room.xml"), emitting_room(5.0)).unwrap();
+    let limited = |limit: &str| {
+        desk.succeeds(&["render", "room.xml", "--spp=4", "-q", "-o", "a.exr", limit]);
+        let image = read(&desk, "a.exr");
+        let Some(AttributeValue::Text(bias)) = image.layer_data[0].attributes.other.get(&Text::from("snell.bias"))
+        else {
+            panic!("it says nothing of bias")
+        };
+        (bias.to_string(), values(&image).iter().flatten().copied().fold(0.0, f32::max))
+    };
+    let (bias, brightest) = limited("--clamp=7.5");
+    assert_eq!((bias.as_str(), brightest), ("clamp 7.5", 7.5));
+    let (bias, brightest) = limited("--clamp=1e9");
+    assert!(bias == "clamp 1000000000" && brightest > 7.5);
+    for bad in ["0", "-1", "nan", "inf", "bright"] {
+        let output = desk.snell(&["render", "room.xml", &format!("--clamp={bad}")]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&output.stderr).contains("expected a radiance, more than 0"));
+    }
+}
+
 #[test]
 fn a_crop_keeps_its_place_and_its_bits() {
     let desk = Desk::new();
@@ -51,6 +76,7 @@ fn a_crop_keeps_its_place_and_its_bits() {
     let says = |name: &str| layer.attributes.other.get(&Text::from(name)).cloned();
     assert_eq!(says("snell.samples"), Some(AttributeValue::F64(2.0)));
     assert_eq!(says("snell.seed"), Some(AttributeValue::Text("9007199254740993".into())));
+    assert_eq!(says("snell.bias"), Some(AttributeValue::Text("none".into())));
     assert_eq!(says("snell.nonFiniteSamples"), Some(AttributeValue::F64(0.0)));
     assert_eq!(says("snell.complete"), Some(AttributeValue::Text("yes".into())));
     let Some(AttributeValue::Text(command)) = says("snell.command") else { panic!("no command") };

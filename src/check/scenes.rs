@@ -53,6 +53,7 @@ pub fn settings(estimator: Estimator, samples: u32, max_depth: u32) -> RenderSet
     RenderSettings {
         samples,
         sampler: Sampler { kind: SamplerKind::Sobol, seed: 1 },
+        clamp: None,
         integrator: Integrator {
             estimator,
             max_depth,

@@ -1,7 +1,9 @@
 //! The arguments.
 
+mod bias;
 mod keep;
 
+pub(super) use bias::BiasArgs;
 pub(super) use keep::{KeepArgs, MergeArgs, Shard};
 
 use crate::accel::{Accelerator, Quality};
@@ -301,6 +303,8 @@ pub(super) struct RenderArgs {
     /// nothing is.
     #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
     pub(super) env_visible: bool,
+    #[command(flatten)]
+    pub(super) bias: BiasArgs,
     #[command(flatten)]
     pub(super) keep: KeepArgs,
     /// Write figures about the render as JSON.

@@ -36,7 +36,7 @@ fn by_name(
     let defines: Vec<String> = scene.define.iter().map(|(name, value)| format!("{name}={value}")).collect();
     let name = scene.scene.file_name().unwrap_or_default().to_string_lossy();
     let crop = film.crop;
-    let named: [(&str, String); 21] = [
+    let named: [(&str, String); 22] = [
         ("version", env!("CARGO_PKG_VERSION").into()),
         ("scene", name.into_owned()),
         ("parameters", if defines.is_empty() { "none".into() } else { defines.join(" ") }),
@@ -60,6 +60,7 @@ fn by_name(
         ("env-visible", (!integrator.hide_environment).to_string()),
         ("light-samples", integrator.light_samples.to_string()),
         ("reuse", format!("{:?}", integrator.reuse)),
+        ("bias", args.bias.text()),
         // Where the two differ about a ray, so do the pictures.
         ("accelerator", prepared.scene.accel.name()),
     ];

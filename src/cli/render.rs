@@ -193,7 +193,7 @@ fn finish(
         // As text: not every seed is a number of f64.
         ("snell.seed", settings.sampler.seed.to_string()),
         ("snell.accelerator", prepared.scene.accel.name()),
-        ("snell.bias", "none".into()),
+        ("snell.bias", args.bias.text()),
     ];
     Finish {
         full_size: film.size,
@@ -321,6 +321,7 @@ pub(super) fn settings(
     let undecided = Undecided { reuse: args.reuse == ReuseName::Auto, light_samples: args.light_samples.0.is_none() };
     let settings = RenderSettings {
         samples,
+        clamp: args.bias.clamp,
         sampler: Sampler { kind, seed: args.seed.unwrap_or(u64::from(sampler.seed)) },
         integrator: pool.install(|| integrator.with_what_pays(&prepared.scene, undecided)),
     };

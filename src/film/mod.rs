@@ -179,6 +179,8 @@ pub struct Film {
     border: u32,
     /// The sums of each tile of pixels; none before the first are added.
     tiles: Vec<Mutex<Vec<Pixel>>>,
+    /// The radiance that no channel of a sample exceeds.
+    most: f32,
     /// What is kept beside radiance, if anything is.
     extras: Option<ExtraFilm>,
     dropped: Mutex<Dropped>,
@@ -201,9 +203,17 @@ impl Film {
             kernel: Kernel::new(filter),
             border: filter.border(),
             tiles: (0..pixels.count()).map(|_| Mutex::default()).collect(),
+            most: f32::INFINITY,
             extras: None,
             dropped: Mutex::default(),
         }
+    }
+
+    /// This film, still empty, scaling every sample whose brightest channel is above the radiance `most` down to it. The
+    /// picture is then biased: too dark wherever such samples were right.
+    #[must_use]
+    pub fn clamped(self, most: f32) -> Self {
+        Self { most, ..self }
     }
 
     /// This film, still empty, keeping something beside radiance.
@@ -227,7 +237,7 @@ impl Film {
     pub fn start_tile(&self, index: usize) -> Tile {
         let bounds = self.tile_bounds(index);
         let reach = bounds.grown(self.border).intersection(self.pixels.0);
-        let tile = Tile::new(bounds, reach, self.scale, self.kernel);
+        let tile = Tile::new(bounds, reach, (self.scale, self.most), self.kernel);
         match &self.extras {
             None => tile,
             Some(film) => tile.with_extras(&film.extras),

@@ -201,3 +201,27 @@ fn a_million_samples_lose_nothing() {
         assert_eq!(film.develop().get(0, 0), Rgb::splat(0.1));
     }
 }
+
+/// What is above the limit keeps its hue, what is below or not finite stays what it is; without a limit nothing changes.
+#[test]
+fn samples_are_scaled_down_to_the_limit() {
+    let crop = Crop { x: 0, y: 0, width: 1, height: 1 };
+    let seen = |most: Option<f32>, radiance: Rgb| {
+        let film = Film::new(crop, Filter::Box, false, Scale::for_radiance(100.0));
+        let film = match most {
+            Some(most) => film.clamped(most),
+            None => film,
+        };
+        let mut tile = film.start_tile(0);
+        tile.add_sample(SampleId { x: 0, y: 0, index: 0 }, radiance, || Vec2::ZERO);
+        film.add(&tile);
+        (film.develop().get(0, 0), film.dropped().count)
+    };
+    let bright = Rgb::new(8.0, 4.0, -1.0);
+    assert_eq!(seen(Some(2.0), bright), (Rgb::new(2.0, 1.0, -0.25), 0));
+    assert_eq!(seen(Some(8.0), bright), (bright, 0));
+    assert_eq!(seen(None, bright), (bright, 0));
+    for bad in [f32::INFINITY, f32::NAN] {
+        assert_eq!(seen(Some(2.0), Rgb::new(bad, 1.0, 1.0)), (Rgb::BLACK, 1));
+    }
+}

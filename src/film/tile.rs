@@ -14,6 +14,8 @@ pub struct Tile {
     /// The pixels that have sums here: those of the picture that are in the tile or in its border.
     reach: Area,
     scale: Scale,
+    /// The radiance that no channel of a sample exceeds.
+    most: f32,
     kernel: Option<Kernel>,
     pixels: Vec<Pixel>,
     /// What is kept beside radiance, if anything is.
@@ -22,9 +24,9 @@ pub struct Tile {
 }
 
 impl Tile {
-    pub(super) fn new(bounds: Area, reach: Area, scale: Scale, kernel: Option<Kernel>) -> Self {
+    pub(super) fn new(bounds: Area, reach: Area, (scale, most): (Scale, f32), kernel: Option<Kernel>) -> Self {
         let pixels = vec![Pixel::default(); reach.pixels() as usize];
-        Self { bounds, reach, scale, kernel, pixels, extras: None, dropped: Dropped::default() }
+        Self { bounds, reach, scale, most, kernel, pixels, extras: None, dropped: Dropped::default() }
     }
 
     pub(super) fn with_extras(self, extras: &Extras) -> Self {
@@ -62,6 +64,7 @@ impl Tile {
     /// remembered, as is one that is negative, which counts.
     #[inline]
     pub fn add_sample(&mut self, id: SampleId, radiance: Rgb, position: impl FnOnce() -> Vec2) {
+        let radiance = self.clamped(radiance);
         if let Some(kernel) = &self.kernel {
             let kernel = *kernel;
             return self.splat(&kernel, id, radiance, position());
@@ -73,6 +76,13 @@ impl Tile {
         } else {
             self.dropped.push(id, radiance);
         }
+    }
+
+    /// A radiance within what is allowed; what is not finite stays so.
+    #[inline]
+    fn clamped(&self, radiance: Rgb) -> Rgb {
+        let brightest = radiance.0.max_element();
+        if brightest > self.most && brightest.is_finite() { radiance * (self.most / brightest) } else { radiance }
     }
 
     fn splat(&mut self, kernel: &Kernel, id: SampleId, radiance: Rgb, position: Vec2) {

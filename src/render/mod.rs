@@ -33,6 +33,8 @@ pub struct RenderSettings {
     pub sampler: Sampler,
     /// How to estimate.
     pub integrator: Integrator,
+    /// The radiance above which a sample is scaled down to it, which makes the picture biased.
+    pub clamp: Option<f32>,
 }
 
 /// What is known of a render while it runs; shared with whoever shows it or stops it.
@@ -152,9 +154,13 @@ pub fn render_with(
 }
 
 /// An empty film for the scene, with all that is to be known beside radiance.
-fn empty_film(scene: &Scene, aovs: &Aovs) -> Film {
+fn empty_film(scene: &Scene, clamp: Option<f32>, aovs: &Aovs) -> Film {
     let f = &scene.film;
     let film = Film::new(f.crop, f.filter, f.sample_border, Scale::for_radiance(scene.brightest()));
+    let film = match clamp {
+        Some(most) => film.clamped(most),
+        None => film,
+    };
     if aovs.is_empty() { film } else { film.with_extras(aovs.extras(scene)) }
 }
 
@@ -186,7 +192,7 @@ impl<'a> Session<'a> {
         samples: Range<u32>,
         progress: &'a Progress,
     ) -> Self {
-        let film = empty_film(scene, aovs);
+        let film = empty_film(scene, settings.clamp, aovs);
         let ledger = Ledger::new(units(&film, &samples));
         let (entering, start) = (RwLock::new(()), Instant::now());
         Self { scene, settings, aovs, samples, film, ledger, entering, progress, start, before: Duration::ZERO }

@@ -52,6 +52,7 @@ pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
     RenderSettings {
         samples,
         sampler: Numbers { kind: SamplerKind::Sobol, seed: 1 },
+        clamp: None,
         integrator: snell::integrator::Integrator {
             estimator,
             max_depth: u32::MAX,
