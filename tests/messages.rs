@@ -498,7 +498,7 @@ fn light_below_zero_is_none() {
     let mut scene = enclosure(0.5, 1.0);
     scene.textures = vec![common::picture_texture(2, 2, |x, _| Rgb::splat(x as f32 - 0.5))];
     scene.lights.push(common::light(projector(TextureId(0))));
-    let expected = "test: negative values of the light's texture are taken for 0";
+    let expected = "built in: negative values of the light's texture are taken for 0";
     assert_eq!(compile_native(&scene), Ok(vec![expected.into()]));
 }
 
@@ -508,26 +508,26 @@ fn light_below_zero_is_none() {
 fn wrong_descriptions_are_refused() {
     type Change = fn(&mut SceneDescription);
     let rows: [(Change, &str); 17] = [
-        (|s| s.cameras[0].to_world.matrix3 = DMat3::ZERO, "test: the camera's to_world gives it no direction"),
+        (|s| s.cameras[0].to_world.matrix3 = DMat3::ZERO, "built in: the camera's to_world gives it no direction"),
         (
             |s| s.cameras[0].to_world.translation = DVec3::MAX,
-            "test: the camera is too far away for the size of the scene",
+            "built in: the camera is too far away for the size of the scene",
         ),
         (|s| s.cameras.clear(), "camera 0 was asked for, but the scene has 0"),
         (
             |s| s.shapes[0].emission = Some(Emission::uniform(Rgb::new(1.0, -1.0, 0.0))),
-            "test: a radiance must be finite and not negative, but this is (1, -1, 0)",
+            "built in: a radiance must be finite and not negative, but this is (1, -1, 0)",
         ),
         (
             |s| s.shapes[0].to_world = DAffine3::from_scale(DVec3::X),
-            "test: the to_world of 'shape' flattens it: it has no inverse",
+            "built in: the to_world of 'shape' flattens it: it has no inverse",
         ),
         (
             |s| {
                 s.shapes[0].geometry = Geometry::Sphere { centre: DVec3::ZERO, radius: 1.0, frame: DMat3::IDENTITY };
                 s.shapes[0].to_world = DAffine3::from_scale(DVec3::new(1.0, 1.0, 2.0));
             },
-            "test: a sphere's to_world may only move, rotate and scale uniformly",
+            "built in: a sphere's to_world may only move, rotate and scale uniformly",
         ),
         (
             |s| {
@@ -536,25 +536,25 @@ fn wrong_descriptions_are_refused() {
                 }
                 s.shapes[0].bsdf = BsdfId(2);
             },
-            "test: two-sided bsdfs cannot be nested",
+            "built in: two-sided bsdfs cannot be nested",
         ),
         (
             |s| {
                 let side = BsdfId(1);
                 s.bsdfs.push(Bsdf { kind: BsdfKind::TwoSided { front: side, back: side }, ..diffuse(0.5) });
             },
-            "test: a bsdf cannot be made of itself",
+            "built in: a bsdf cannot be made of itself",
         ),
         (
             |s| {
                 let side = BsdfId(7);
                 s.bsdfs.push(Bsdf { kind: BsdfKind::TwoSided { front: side, back: side }, ..diffuse(0.5) });
             },
-            "test: the bsdf refers to another that is not there",
+            "built in: the bsdf refers to another that is not there",
         ),
         (
             |s| s.bsdfs[0].varying.push((Parameter::Reflectance, TextureId(0))),
-            "test: the bsdf refers to a texture that is not there",
+            "built in: the bsdf refers to a texture that is not there",
         ),
         (
             |s| {
@@ -568,37 +568,37 @@ fn wrong_descriptions_are_refused() {
                 s.bsdfs.push(Bsdf { kind: BsdfKind::TwoSided { front: BsdfId(1), back: BsdfId(1) }, ..diffuse(0.5) });
                 s.shapes[0].bsdf = BsdfId(2);
             },
-            "test: a two-sided bsdf cannot have a side that transmits light",
+            "built in: a two-sided bsdf cannot have a side that transmits light",
         ),
         (
             |s| s.lights.push(map_light(common::map(2, 2, |_, _| Rgb::WHITE), DMat3::IDENTITY)),
-            "test: an environment map has at least 2x3 pixels, not 2x2",
+            "built in: an environment map has at least 2x3 pixels, not 2x2",
         ),
         (
             |s| s.lights.push(map_light(common::map(2, 3, |x, _| Rgb::splat(x as f32 - 1.0)), DMat3::IDENTITY)),
-            "test: a radiance must be finite and not negative, but this is (-1, -1, -1)",
+            "built in: a radiance must be finite and not negative, but this is (-1, -1, -1)",
         ),
         (
             |s| s.lights.push(map_light(common::map(2, 3, |_, _| Rgb::WHITE), DMat3::ZERO)),
-            "test: the light's direction must be neither zero nor infinite",
+            "built in: the light's direction must be neither zero nor infinite",
         ),
         (
             |s| s.lights.push(common::light(projector(TextureId(0)))),
-            "test: the light refers to a texture that is not there",
+            "built in: the light refers to a texture that is not there",
         ),
         (
             |s| {
                 s.textures = vec![common::picture_texture(2, 2, |x, _| Rgb::splat(1.0 / x as f32))];
                 s.lights.push(common::light(projector(TextureId(0))));
             },
-            "test: a value of the light's texture is not finite",
+            "built in: a value of the light's texture is not finite",
         ),
         (
             |s| {
                 let kind = LightKind::Directional { direction: DVec3::Z, irradiance: Rgb::new(-1.0, 0.0, 0.0) };
                 s.lights.push(common::light(kind));
             },
-            "test: an irradiance must be finite and not negative, but this is (-1, 0, 0)",
+            "built in: an irradiance must be finite and not negative, but this is (-1, 0, 0)",
         ),
     ];
     for (change, expected) in rows {
