@@ -218,3 +218,19 @@ fn quantity(kind: AovKind) -> Quantity {
         AovKind::Alpha | AovKind::PrimitiveIndex | AovKind::ShapeIndex => Quantity::Alpha,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Units are powers of two, and a shard's must be the same as those of the render that it is a part of.
+    #[test]
+    fn units_survive_the_record() {
+        for exponent in -200..200 {
+            let source = Source::Mean { index: 0, unit: libm::exp2(f64::from(exponent)), is_colour: false };
+            let text = serde_json::to_string(&source).unwrap();
+            let Source::Mean { unit, .. } = serde_json::from_str(&text).unwrap() else { panic!("{text}") };
+            assert_eq!(unit, libm::exp2(f64::from(exponent)), "{text}");
+        }
+    }
+}

@@ -38,7 +38,8 @@ pub(super) enum Command {
     Bench(BenchArgs),
     /// Put the shards of a render together: the same picture, bit for bit, as one process would have made.
     Merge(MergeArgs),
-    /// Check this snell: whether its accelerators find what rays meet. Without an option that names a check, all there are.
+    /// Check this snell: accelerators, spawned rays, bsdfs, lights, scenes with known answers, bits. Without an option that names a
+    /// check, all there are.
     Check(CheckArgs),
     /// Print a completion script for a shell.
     Completions {

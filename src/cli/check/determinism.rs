@@ -5,7 +5,7 @@ use crate::accel::Accelerator;
 use crate::check::rooms::menagerie;
 use crate::check::scenes::{compiled, fingerprint, picture, settings};
 use crate::cli::args::CheckArgs;
-use crate::cli::prepare;
+use crate::cli::{EXIT_USAGE, prepare};
 use crate::error::{Error, Result};
 use crate::integrator::Estimator;
 use crate::math::simd;
@@ -89,17 +89,22 @@ fn scale(pool: &ThreadPool) -> Result<(String, bool)> {
 fn vectors() -> Result<(String, bool)> {
     let command = std::env::current_exe().map_err(|e| Error::Usage(format!("cannot find this command itself: {e}")))?;
     let mut told: Vec<(&str, Vec<u8>)> = Vec::new();
+    let mut right = true;
     for level in LEVELS {
         let arguments = ["check", "--determinism", "--kind", "bits"];
         let output = Command::new(&command).args(arguments).env(simd::VARIABLE, level).output();
         let output = output.map_err(|e| Error::Usage(format!("cannot run this command itself: {e}")))?;
-        // Others the processor does not have.
         if output.status.success() {
             told.push((level, output.stdout));
+        } else {
+            // A level that the processor does not have is refused; whatever else ends the command is a fault.
+            right &= output.status.code() == Some(i32::from(EXIT_USAGE));
         }
     }
+    // The least of them every processor of this kind has.
+    right &= !told.is_empty() || !cfg!(target_arch = "x86_64");
     let names: Vec<&str> = told.iter().map(|(level, _)| *level).collect();
-    let right = told.windows(2).all(|pair| pair[0].1 == pair[1].1);
+    right &= told.windows(2).all(|pair| pair[0].1 == pair[1].1);
     let what = if names.is_empty() { "none to choose from".into() } else { names.join(", ") };
     Ok((what, right))
 }
