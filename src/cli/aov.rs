@@ -15,8 +15,8 @@ use std::collections::BTreeSet;
 /// What a channel is made of.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Source {
-    /// A mean of the film, times a factor; and whether it is a colour.
-    Mean { index: usize, unit: f64, is_colour: bool },
+    /// A mean of the film, times two to the power of `exponent`, which a record keeps exactly; and whether it is a colour.
+    Mean { index: usize, exponent: i32, is_colour: bool },
     /// A whole number of the film.
     Number(usize),
     /// The count of samples.
@@ -58,8 +58,9 @@ impl Channels {
         let error = error.unwrap_or_default();
         let plane = |(name, source): &(String, Source)| {
             let values = match *source {
-                Source::Mean { index, unit, is_colour } => {
-                    let values = film.means(index).into_iter().map(|v| saturate_to_f32(v * unit)).collect();
+                Source::Mean { index, exponent, is_colour } => {
+                    let value = |mean| saturate_to_f32(libm::ldexp(mean, exponent));
+                    let values = film.means(index).into_iter().map(value).collect();
                     if is_colour { PlaneValues::Colour(values) } else { PlaneValues::Float(values) }
                 }
                 Source::Number(index) => PlaneValues::Whole(film.numbers(index)),
@@ -74,7 +75,7 @@ impl Channels {
     /// Whether a film that keeps so many means and numbers has all that the channels are made of.
     pub(super) fn fit(&self, means: usize, numbers: usize) -> bool {
         let fits = |(_, source): &(String, Source)| match *source {
-            Source::Mean { index, unit, .. } => index < means && unit.is_finite(),
+            Source::Mean { index, .. } => index < means,
             Source::Number(index) => index < numbers,
             Source::Samples => true,
             Source::Error { later, channel } => later.checked_add(3).is_some_and(|last| last < means) && channel < 3,
@@ -171,7 +172,9 @@ impl Beside {
     fn add_mean(&mut self, names: &[String], aov: Aov, scene: &Scene) {
         let first = self.components();
         let is_colour = matches!(aov.quantity, Quantity::Albedo | Quantity::DiffuseReflectance | Quantity::Radiance);
-        let source = |index| Source::Mean { index, unit: aov.unit(scene), is_colour: is_colour && !aov.squared };
+        // The unit is a power of two, of which the fraction is ½.
+        let exponent = libm::frexp(aov.unit(scene)).1 - 1;
+        let source = |index| Source::Mean { index, exponent, is_colour: is_colour && !aov.squared };
         self.channels.named.extend(names.iter().zip(first..).map(|(name, index)| (name.clone(), source(index))));
         self.aovs.means.push(aov);
     }
@@ -216,21 +219,5 @@ fn quantity(kind: AovKind) -> Quantity {
         AovKind::Xyz => Quantity::Xyz,
         // Indices are no quantities, and do not come here.
         AovKind::Alpha | AovKind::PrimitiveIndex | AovKind::ShapeIndex => Quantity::Alpha,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Units are powers of two, and a shard's must be the same as those of the render that it is a part of.
-    #[test]
-    fn units_survive_the_record() {
-        for exponent in -200..200 {
-            let source = Source::Mean { index: 0, unit: libm::exp2(f64::from(exponent)), is_colour: false };
-            let text = serde_json::to_string(&source).unwrap();
-            let Source::Mean { unit, .. } = serde_json::from_str(&text).unwrap() else { panic!("{text}") };
-            assert_eq!(unit, libm::exp2(f64::from(exponent)), "{text}");
-        }
     }
 }
