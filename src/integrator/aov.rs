@@ -42,10 +42,6 @@ pub enum Quantity {
     Xyz,
     /// 1 where there is something to be seen, 0 elsewhere: its mean is alpha.
     Alpha,
-    /// Radiance of the samples of the later half ([`Aovs::later_from`]), 0 for the earlier ones.
-    LaterRadiance,
-    /// 1 for the samples of the later half: its mean is their part of the weight.
-    Later,
 }
 
 /// A whole number that the first sample of a pixel tells: the index of something, plus [`Self::first`].
@@ -88,15 +84,13 @@ pub struct Aovs {
     pub sample_counts: bool,
     /// Whether a sky that the camera sees counts for alpha, as it does in Mitsuba's `path`, but not in its `direct`.
     pub sky_counts: bool,
-    /// The index of the first sample of a pixel's later half.
-    pub later_from: u32,
 }
 
 impl Quantity {
     /// How many components it has.
     pub fn components(self) -> usize {
         match self {
-            Self::Depth | Self::DepthFromNear | Self::Alpha | Self::Later => 1,
+            Self::Depth | Self::DepthFromNear | Self::Alpha => 1,
             Self::Uv => 2,
             _ => 3,
         }
@@ -104,7 +98,7 @@ impl Quantity {
 
     /// Whether it is known only when the path has ended.
     fn is_of_the_path(self) -> bool {
-        matches!(self, Self::Radiance | Self::Xyz | Self::Alpha | Self::LaterRadiance | Self::Later)
+        matches!(self, Self::Radiance | Self::Xyz | Self::Alpha)
     }
 
     /// Whether it is a length, which changes with the unit.
@@ -129,9 +123,7 @@ impl Aov {
         /// 2^19 times as bright are squared rightly; squares down to 2^−56 of it are counted.
         const SQUARED_RADIANCE_BITS: i32 = 8;
         let exponent = match self.quantity {
-            Quantity::Radiance | Quantity::LaterRadiance | Quantity::Xyz => {
-                Scale::for_radiance(scene.brightest()).exponent()
-            }
+            Quantity::Radiance | Quantity::Xyz => Scale::for_radiance(scene.brightest()).exponent(),
             Quantity::Position => libm::frexp(1.0 + scene.centre.abs().max_element() * scene.unit).1,
             _ => 0,
         };
@@ -232,9 +224,7 @@ impl<'a> AovSink<'a> {
             Quantity::DepthFromNear => DVec3::splat(along() - f64::from(start.tmin)),
             Quantity::Position => point().point.p + scene.centre * scene.unit,
             Quantity::Uv => scene.uv(ray, hit).as_dvec2().extend(0.0),
-            Quantity::Radiance | Quantity::Xyz | Quantity::Alpha | Quantity::LaterRadiance | Quantity::Later => {
-                DVec3::ZERO
-            }
+            Quantity::Radiance | Quantity::Xyz | Quantity::Alpha => DVec3::ZERO,
         }
     }
 
@@ -266,19 +256,12 @@ impl<'a> AovSink<'a> {
         self.tile.set_numbers(id.x, id.y, &self.numbers);
     }
 
-    fn is_later(&self, path: &PathState) -> bool {
-        path.id.index >= self.aovs.later_from
-    }
-
     /// What the path says of a quantity that is its own.
     fn of_path(&self, quantity: Quantity, path: &PathState) -> Option<DVec3> {
         Some(match quantity {
             Quantity::Radiance => colour(path.radiance),
             Quantity::Xyz => DVec3::from(rgb_to_xyz(path.radiance).map(f64::from)),
             Quantity::Alpha => DVec3::splat(if path.met { 1.0 } else { self.sky_alpha }),
-            Quantity::LaterRadiance if !self.is_later(path) => DVec3::ZERO,
-            Quantity::LaterRadiance => colour(path.radiance),
-            Quantity::Later => DVec3::splat(f64::from(u8::from(self.is_later(path)))),
             _ => return None,
         })
     }

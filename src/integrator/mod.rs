@@ -67,6 +67,9 @@ impl Estimator {
     }
 }
 
+/// Edge of the blocks of pixels that may share what their paths find, aligned in the whole film.
+pub const BLOCK_SIZE: u32 = reuse::BLOCK.cast_unsigned();
+
 /// An estimator with its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Integrator {
