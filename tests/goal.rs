@@ -126,13 +126,12 @@ fn what_cannot_be_is_refused() {
     }
 }
 
-/// Two copies of a pixel's value are all that is bright: a few pixels make the error, and that is said.
+/// A small light that only few samples find: pixels are made by single samples, and that is said.
 #[test]
 fn heavy_tails_are_told() {
     let desk = Desk::new();
-    // A tiny, very bright light that only bounces find, by a glossy floor: rare samples are enormous.
     let scene = scene_text(
-        r#"<integrator type="path"/><shape type="sphere"><float name="radius" value="0.001"/>
+        r#"<integrator type="path"/><shape type="sphere"><float name="radius" value="0.05"/>
         <transform name="to_world"><translate x="0" y="2" z="4"/></transform>
         <emitter type="area"><rgb name="radiance" value="1000000"/></emitter></shape>
         <shape type="rectangle"><transform name="to_world"><scale value="9"/><rotate x="1" angle="-90"/><translate y="-1"/></transform>
@@ -144,6 +143,12 @@ fn heavy_tails_are_told() {
     let render = ["render", "tail.xml", "-oa.exr", "--stats=s.json", "--size=64x64", "--integrator=bsdf"];
     let output = desk.succeeds(&[&render[..], &["--adaptive", "--spp=64"]].concat());
     let text = String::from_utf8(output.stderr).unwrap();
-    assert!(text.contains("a few pixels make most of the error (tail index"), "{text}");
+    assert!(text.contains("rare bright samples make most of the error (tail index"), "{text}");
     assert_eq!(stats(&desk)["error_is_heavy_tailed"], true);
+    // Nothing is found of a light that is smaller still.
+    let text = fs::read_to_string(desk.path("tail.xml")).unwrap().replace(r#"value="0.05""#, r#"value="0.00001""#);
+    fs::write(desk.path("tail.xml"), text).unwrap();
+    let output = desk.succeeds(&[&render[..], &["--target-error=1%"]].concat());
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("no light was found at all, so nothing is known of the error"), "{text}");
 }

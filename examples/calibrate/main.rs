@@ -133,7 +133,9 @@ fn counted(samples: u32) -> Limits {
 }
 
 fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
-    let (mut ratios, mut covered, mut halves, mut trues, mut tails) = (Vec::new(), 0u64, Vec::new(), Vec::new(), Vec::new());
+    let (mut ratios, mut covered, mut halves, mut trues, mut tails) =
+        (Vec::new(), 0u64, Vec::new(), Vec::new(), Vec::new());
+    let (mut widths, mut warned) = (Vec::new(), 0u64);
     let mut covered_by_halves = 0u64;
     for seed in 0..seeds {
         let rendered = stage.adaptive(&counted(samples), seed);
@@ -142,6 +144,8 @@ fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
             ratios.push(known.error / truth);
             covered += u64::from((known.interval.low..=known.interval.high).contains(&truth));
             tails.push(known.tail);
+            warned += u64::from(known.is_heavy_tailed());
+            widths.push(known.interval.high / known.error);
             trues.push(truth);
         }
         // The estimate of a render with the same number of samples everywhere, from halves.
@@ -155,16 +159,18 @@ fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
     let own = stage.reference.own_error();
     let part = |n: u64| 100.0 * n as f64 / seeds as f64;
     format!(
-        "true {:.3} %, estimate/true {:.3} ({:.3} to {:.3}), covered {:.0} %; from halves {:.3}, covered {:.0} %; tail {:.2}; \
-         relMSE over the reference's {:.0}",
+        "true {:.3} %, estimate/true {:.3} ({:.3} to {:.3}), covered {:.0} %, the interval a factor of {:.2} wide; from halves {:.3}, covered {:.0} %; tail {:.2}, warned of in \
+         {:.0} %; relMSE over the reference's {:.0}",
         100.0 * median(&mut trues),
         median(&mut ratios),
         quantile(&mut ratios, 0.05),
         quantile(&mut ratios, 0.95),
         part(covered),
+        median(&mut widths),
         median(&mut halves),
         part(covered_by_halves),
         median(&mut tails),
+        part(warned),
         (median(&mut trues) / own).powi(2),
     )
 }

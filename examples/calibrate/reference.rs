@@ -8,8 +8,8 @@ use snell::scene::Scene;
 use snell::spectrum::Rgb;
 use std::path::Path;
 
-/// Samples per pixel of each half.
-const SAMPLES: u32 = 4096;
+/// Samples of each half, over all pixels: 4096 of each of 64×64.
+const SAMPLES: u32 = 1 << 24;
 
 /// Seeds that no measured render has.
 const SEEDS: [u64; 2] = [1 << 40, 1 << 41];
@@ -27,7 +27,10 @@ pub(super) struct Reference {
 
 impl Reference {
     /// From a file of f32 numbers, or rendered and kept there.
-    pub(super) fn load_or_render(path: &Path, (scene, settings, pool): (&Scene, &RenderSettings, &ThreadPool)) -> Result<Self> {
+    pub(super) fn load_or_render(
+        path: &Path,
+        (scene, settings, pool): (&Scene, &RenderSettings, &ThreadPool),
+    ) -> Result<Self> {
         let size = scene.film.size.0;
         let count = 3 * (size * size) as usize;
         let numbers: Vec<f32> = match std::fs::read(path) {
@@ -35,7 +38,7 @@ impl Reference {
             Err(_) => {
                 let mut numbers = Vec::new();
                 for seed in SEEDS {
-                    let mut settings = RenderSettings { samples: SAMPLES, ..*settings };
+                    let mut settings = RenderSettings { samples: SAMPLES / (size * size), ..*settings };
                     settings.sampler.seed = seed;
                     let picture = render(scene, &settings, pool, &Progress::default()).film.develop();
                     numbers.extend(picture.pixels().iter().flat_map(|p| p.to_array()));

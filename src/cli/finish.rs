@@ -113,7 +113,7 @@ impl Finish {
             ("snell.nonFiniteSamples", outcome.non_finite as f64),
             ("snell.oversizedSamples", outcome.oversized as f64),
         ];
-        if let Some((PictureError { error, interval, tail }, confidence)) = outcome.error {
+        if let Some((PictureError { error, interval, tail, .. }, confidence)) = outcome.error {
             numbers.extend([
                 ("snell.estimatedError", error),
                 ("snell.estimatedErrorLow", interval.low),

@@ -14,7 +14,9 @@ use std::process::ExitCode;
 pub(super) fn check(args: &RenderArgs) -> Result<()> {
     let Some(name) = args.goal.names() else { return Ok(()) };
     if args.keep.shard.is_some() {
-        return Err(Error::Usage(format!("--shard needs a number of samples that is known before: it cannot go with {name}")));
+        return Err(Error::Usage(format!(
+            "--shard needs a number of samples that is known before: it cannot go with {name}"
+        )));
     }
     if args.goal.is_adaptive() {
         if args.keep.checkpoint.is_some() {
@@ -36,7 +38,9 @@ pub(super) fn check(args: &RenderArgs) -> Result<()> {
         }
     } else if args.spp.is_none() && !matches!(args.sampler, SamplerName::Sobol | SamplerName::Independent) {
         let sampler = args.sampler.text();
-        return Err(Error::Usage(format!("--sampler {sampler} needs --spp beside {name}: a number to be well spread for")));
+        return Err(Error::Usage(format!(
+            "--sampler {sampler} needs --spp beside {name}: a number to be well spread for"
+        )));
     }
     Ok(())
 }
@@ -82,11 +86,13 @@ pub(super) fn tell(
             say(format_args!(
                 "{samples}; estimated relative error {error_text}, with {certainty} % confidence from {low} to {high}"
             ));
-            if error.is_heavy_tailed() {
+            if error.is_of_black() {
+                say(format_args!("warning: no light was found at all, so nothing is known of the error"));
+            } else if error.is_heavy_tailed() {
                 say(format_args!(
-                    "warning: a few pixels make most of the error (tail index {:.2}): there may be more where none has been \
-                     seen yet, so the estimate may be far too small",
-                    error.tail
+                    "warning: rare bright samples make most of the error (tail index {:.2}, surprise {:.1}): there may be more \
+                     where none has been seen yet, so the estimate may be far too small",
+                    error.tail, error.surprise
                 ));
             }
         }

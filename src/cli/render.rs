@@ -79,9 +79,14 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
         let outcome = Outcome::of(&rendered, pixels, error);
         let of_shard = kept.as_ref().zip(state.as_ref()).filter(|_| args.keep.shard.is_some());
         let sealed = of_shard.map(|(kept, state)| kept.sealed(state, rendered.is_complete()));
-        clamped = job.finish.develop(&rendered.film, rendered.estimates.as_ref(), &outcome, args.exposure, sealed, |layers, options| {
-            finish::write(layers, options, pictures, &say, &mut failures)
-        });
+        clamped = job.finish.develop(
+            &rendered.film,
+            rendered.estimates.as_ref(),
+            &outcome,
+            args.exposure,
+            sealed,
+            |layers, options| finish::write(layers, options, pictures, &say, &mut failures),
+        );
     }
     if let Some(file) = stats {
         failures.extend(write_stats(file, &Stats::new(&job.prepared, &rendered, &job.names(&pool), clamped)).err());

@@ -43,8 +43,10 @@ pub(super) struct Stats<'a> {
     estimated_error_high: Option<f64>,
     /// The probability with which the error is in there.
     confidence: f64,
-    /// Index of the tail of the pixels' squared errors, and whether it is so heavy that the estimate cannot be trusted.
+    /// Index of the tail of the pixels' squared errors; how many times as large the squared error would be if half of the samples said
+    /// what the others should be; and whether it is so heavy that the estimate cannot be trusted.
     error_tail_index: Option<f64>,
+    error_surprise: Option<f64>,
     error_is_heavy_tailed: bool,
     /// The same error by tiles: column and row of the first pixel, width, height, error.
     estimated_error_of_tiles: Vec<(i32, i32, u32, u32, f64)>,
@@ -167,6 +169,7 @@ impl<'a> Stats<'a> {
             estimated_error_high: error.map(|e| e.interval.high),
             confidence: names.confidence,
             error_tail_index: error.map(|e| e.tail).filter(|tail| tail.is_finite()),
+            error_surprise: error.map(|e| e.surprise),
             error_is_heavy_tailed: error.is_some_and(|e| e.is_heavy_tailed()),
             estimated_error_of_tiles: rendered.estimates.as_ref().map(errors_of_tiles).unwrap_or_default(),
             rays: Rays { camera: rays.camera, bounce: rays.bounce, shadow: rays.shadow },

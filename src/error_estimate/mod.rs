@@ -19,9 +19,10 @@
 //! Both are added, though normal errors are then counted twice.
 //!
 //! The weight 1/(r² + 0.01·L²) is not known either. Taken at m it is too small where an error makes m too large, just where d² is
-//! large; so m counts as no more than the brightest of its neighbours. Taken at the mean of two of the four halves, and multiplied by
-//! the squared difference of the other two, it has nothing to do with that, but is too large, since 1/r² is convex (a correction by
-//! its second derivative helps). The estimate is the geometric mean of the two, and half their ratio is part of its uncertainty.
+//! large. Taken at the mean of two of the four halves, and multiplied by the squared difference of the other two, it has nothing to do
+//! with that, but is too large, since 1/r² is convex (a correction by its second derivative helps, and a limit: pixels that are black
+//! in two halves of four have no better guess than that). The estimate is the geometric mean of the two, and half their ratio is part
+//! of its uncertainty.
 //!
 //! # From halves
 //!
@@ -34,7 +35,7 @@
 mod interval;
 mod tail;
 
-pub use interval::{normal_quantile, Interval};
+pub use interval::{Interval, normal_quantile};
 
 use crate::film::{Film, PartMean};
 use crate::image::Area;
@@ -53,12 +54,20 @@ const BLOCK: usize = 8;
 /// The largest s for which N^−s is how the variance of a whole picture falls. Measured: 1.0 to 1.5 (docs/benchmarks.md).
 const MOST_SLOPE: f64 = 1.5;
 
+/// No weight from half of the samples is more than so many times that from all: as much as it can be less, since the mean of all
+/// is at least half of that of any half, where nothing is negative.
+const MOST_WEIGHT: f64 = 4.0;
+
 /// For normal x and y, the variance of x·y over the mean of ((x − y)/2)⁴.
 const NORMAL_PRODUCT: f64 = 4.0 / 3.0;
 
 /// Below this index of its tail, the sum of a picture's squared errors is that of a few pixels, and what has not been seen yet may
-/// be as much again: a sum of such terms has no variance below 2, and hardly a mean near 1.
-const TRUSTED_TAIL: f64 = 1.25;
+/// be as much again: such terms have no mean.
+const TRUSTED_TAIL: f64 = 1.0;
+
+/// Above this ratio of what halves expect of each other to what the whole says, pixels are made by rare samples: a pixel of the
+/// picture's mean radiance that has all of it from one of four halves has 100.
+const MOST_SURPRISE: f64 = 10.0;
 
 /// How the parts of a film came about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,11 +128,10 @@ impl PixelEstimate {
         Self { mean: all(0), difference: all(1), halves: [all(2), all(3)] }
     }
 
-    /// The sum over the channels of the squared errors, each divided by the squared radiance (but no more than `most` squared) plus
-    /// `darkness`.
-    fn relative(&self, most: [f32; 3], darkness: f64) -> f64 {
+    /// The sum over the channels of the squared errors, each divided by the squared radiance plus `darkness`.
+    fn relative(&self, darkness: f64) -> f64 {
         let of = |c: usize| {
-            let (mean, d) = (f64::from(self.mean[c].min(most[c])), f64::from(self.difference[c]));
+            let (mean, d) = (f64::from(self.mean[c]), f64::from(self.difference[c]));
             d * d * over(mean, darkness)
         };
         of(0) + of(1) + of(2)
@@ -142,7 +150,9 @@ impl PixelEstimate {
             for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let square = (x[i] - y[j]) * (x[i] - y[j]);
                 sums.own_weight += square * weight;
-                sums.other_weight += square * over_mean_of(x[1 - i], y[1 - j], darkness);
+                let other = over_mean_of(x[1 - i], y[1 - j], darkness);
+                sums.other_weight += square * other.min(MOST_WEIGHT * weight);
+                sums.free_weight += square * other;
             }
         }
         sums
@@ -186,8 +196,10 @@ struct Beside {
     halves: f64,
     /// Of squared differences between halves of different replicates, with the weight at the mean of all.
     own_weight: f64,
-    /// The same with the weight at the mean of the other halves.
+    /// The same with the weight at the mean of the other halves, within limits.
     other_weight: f64,
+    /// The same without.
+    free_weight: f64,
 }
 
 impl std::ops::AddAssign for Beside {
@@ -196,6 +208,7 @@ impl std::ops::AddAssign for Beside {
         self.halves += o.halves;
         self.own_weight += o.own_weight;
         self.other_weight += o.other_weight;
+        self.free_weight += o.free_weight;
     }
 }
 
@@ -216,12 +229,20 @@ pub struct PictureError {
     pub interval: Interval,
     /// Index of the tail of the pixels' squared errors; infinite where there is none.
     pub tail: f64,
+    /// How many times as large the squared error would be if half of each pixel's samples said what the other half should be: large
+    /// where pixels are made by samples that most samples know nothing of. 1 where that cannot be told.
+    pub surprise: f64,
 }
 
 impl PictureError {
     /// Whether a few pixels make most of the error, so that its estimate cannot be trusted.
     pub fn is_heavy_tailed(&self) -> bool {
-        self.tail < TRUSTED_TAIL
+        self.tail < TRUSTED_TAIL || self.surprise > MOST_SURPRISE
+    }
+
+    /// Whether all is black, so that nothing is known.
+    pub fn is_of_black(&self) -> bool {
+        self.error == 0.0
     }
 }
 
@@ -282,7 +303,8 @@ impl Estimates {
         if self.parts == Some(Parts::Halves) {
             interval.low /= (libm::exp2(MOST_SLOPE) - 1.0).sqrt();
         }
-        PictureError { error: (estimate.sum / count).sqrt(), interval, tail: tail_index(own) }
+        let surprise = estimate.surprise;
+        PictureError { error: (estimate.sum / count).sqrt(), interval, tail: tail_index(own), surprise }
     }
 
     /// See the module's head.
@@ -295,47 +317,34 @@ impl Estimates {
             all += of_block;
         }
         if !(sum > 0.0 && all.own_weight > 0.0 && all.halves > 0.0) {
-            return Sum { sum, deviation: 0.0 };
+            return Sum { sum, deviation: 0.0, surprise: 1.0 };
         }
         let alike = (sum / all.halves).min(1.0);
         let rare: f64 = own.iter().map(|square| NORMAL_PRODUCT * square * square).sum();
         // On the scale of logarithms; what halves of replicates say can be off by little more than that where all is noise.
         let of_weight = libm::log(all.other_weight / all.own_weight) / 2.0;
         let squared = (miss * alike * alike + rare) / (sum * sum) + of_weight * of_weight;
-        Sum { sum: sum * libm::exp(of_weight), deviation: squared.sqrt() }
+        let surprise = all.free_weight / all.own_weight;
+        Sum { sum: sum * libm::exp(of_weight), deviation: squared.sqrt(), surprise }
     }
 
     /// See the module's head. Squares of one normal number a block miss by √(4/3) times what their own squares add up to.
     fn of_halves(&self, own: &[f64], sum: f64) -> Sum {
         let of_block = |block| self.indices(block).map(|i| own[i]).sum::<f64>();
         let squares: f64 = self.tiles(BLOCK).map(of_block).map(|sum| NORMAL_PRODUCT * sum * sum).sum();
-        Sum { sum, deviation: if sum > 0.0 { squares.sqrt() / sum } else { 0.0 } }
+        Sum { sum, deviation: if sum > 0.0 { squares.sqrt() / sum } else { 0.0 }, surprise: 1.0 }
     }
 
-    /// Each pixel's squared error, relative to its radiance or, where that is less, to that of the brightest of its neighbours; over
-    /// its channels.
+    /// Each pixel's squared error, relative to its radiance, over its channels.
     fn relative(&self, darkness: f64) -> Vec<f64> {
-        let (width, height) = (self.width, self.height());
-        let around = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
-        let of = |i: usize| {
-            let mut most = [f32::NEG_INFINITY; 3];
-            for y in around(i / width, height) {
-                for x in around(i % width, width).filter(|x| y * width + x != i) {
-                    let mean = self.pixels[y * width + x].mean;
-                    most.iter_mut().zip(mean).for_each(|(most, mean)| *most = most.max(mean));
-                }
-            }
-            let most = most.map(|most| if most.is_finite() { most } else { f32::INFINITY });
-            self.pixels[i].relative(most, darkness)
-        };
-        (0..self.pixels.len()).map(of).collect()
+        self.pixels.iter().map(|pixel| pixel.relative(darkness)).collect()
     }
 
     /// The relative error of an area, in the picture's own rows and columns.
     pub fn of_area(&self, area: Area, darkness: f64) -> f64 {
         let (mut sum, mut count) = (0.0, 0usize);
         for i in self.indices(area) {
-            (sum, count) = (sum + self.pixels[i].relative([f32::INFINITY; 3], darkness), count + 3);
+            (sum, count) = (sum + self.pixels[i].relative(darkness), count + 3);
         }
         (sum / count.max(1) as f64).sqrt()
     }
@@ -389,6 +398,7 @@ impl Estimates {
 struct Sum {
     sum: f64,
     deviation: f64,
+    surprise: f64,
 }
 
 #[cfg(test)]

@@ -6,10 +6,11 @@
 //! Where a camera ray meets nothing, everything is zero, as in Mitsuba.
 
 use super::path_state::PathState;
+use super::work::Tiles;
 use crate::accel::Hit;
 use crate::bsdf::BsdfSample;
 use crate::film::exact::Scale;
-use crate::film::{Extras, SampleId, Tile};
+use crate::film::{Extras, SampleId};
 use crate::math::ray::Ray;
 use crate::scene::Scene;
 use crate::spectrum::{Rgb, rgb_to_xyz};
@@ -184,10 +185,10 @@ impl<F: FnMut(SampleId, Rgb)> Sink for F {
 }
 
 /// Adds samples to a tile with everything that goes beside radiance.
-pub(super) struct AovSink<'a> {
+pub(super) struct AovSink<'a, 'b> {
     scene: &'a Scene,
     aovs: &'a Aovs,
-    tile: &'a mut Tile,
+    tiles: Tiles<'a, 'b>,
     /// Alpha of a path that met nothing at all.
     sky_alpha: f64,
     /// Values of each path of the wave, one after the other.
@@ -195,11 +196,11 @@ pub(super) struct AovSink<'a> {
     numbers: Vec<u32>,
 }
 
-impl<'a> AovSink<'a> {
-    /// For the samples of `tile`, from which the sky can be seen if `sees_sky`.
-    pub(super) fn new(scene: &'a Scene, aovs: &'a Aovs, tile: &'a mut Tile, sees_sky: bool) -> Self {
+impl<'a, 'b> AovSink<'a, 'b> {
+    /// For the samples of `tiles`, from which the sky can be seen if `sees_sky`.
+    pub(super) fn new(scene: &'a Scene, aovs: &'a Aovs, tiles: Tiles<'a, 'b>, sees_sky: bool) -> Self {
         let counts = aovs.sky_counts && sees_sky && !scene.infinite_lights.is_empty();
-        Self { scene, aovs, tile, sky_alpha: f64::from(u8::from(counts)), values: Vec::new(), numbers: Vec::new() }
+        Self { scene, aovs, tiles, sky_alpha: f64::from(u8::from(counts)), values: Vec::new(), numbers: Vec::new() }
     }
 
     fn stride(&self) -> usize {
@@ -253,7 +254,7 @@ impl<'a> AovSink<'a> {
             };
             number.first + index
         }));
-        self.tile.set_numbers(id.x, id.y, &self.numbers);
+        self.tiles.of(id).set_numbers(id.x, id.y, &self.numbers);
     }
 
     /// What the path says of a quantity that is its own.
@@ -277,7 +278,7 @@ fn store(to: &mut [f64], aov: Aov, value: DVec3) {
     to.copy_from_slice(&value.to_array()[..to.len()]);
 }
 
-impl Sink for AovSink<'_> {
+impl Sink for AovSink<'_, '_> {
     const LOOKS: bool = true;
 
     fn first_hits(&mut self, rays: &[Ray], paths: &[PathState], hits: &[Hit]) {
@@ -312,6 +313,6 @@ impl Sink for AovSink<'_> {
             first = last;
         }
         let film = || path.stream.film();
-        self.tile.add_sample_with(path.id, path.radiance, film, &self.values[own]);
+        self.tiles.of(path.id).add_sample_with(path.id, path.radiance, film, &self.values[own]);
     }
 }

@@ -14,14 +14,14 @@ pub use ledger::Standing;
 
 use crate::error_estimate::{Estimates, Parts};
 use crate::film::exact::Scale;
-use crate::film::{Dropped, Film, Tile};
+use crate::film::{Dropped, Film};
 use crate::integrator::aov::Aovs;
-use crate::integrator::{Integrator, RayCounts};
+use crate::integrator::{Integrator, RayCounts, Work};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use ledger::Ledger;
-use schedule::Schedule;
 use rayon::ThreadPool;
+use schedule::Schedule;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{PoisonError, RwLock};
@@ -348,7 +348,7 @@ impl<'a> Session<'a> {
         let tiles = film.tile_count() as u64;
         let (samples, half) = self.schedule.chunk(unit / tiles);
         let mut tile = film.start_tile((unit % tiles) as usize);
-        let done = sample_tile(scene, settings, aovs, samples, &mut tile);
+        let done = take_samples(scene, settings, aovs, &mut [Work { samples, tile: &mut tile }]);
         let _entering = self.entering.read().unwrap_or_else(PoisonError::into_inner);
         film.add(&tile, half);
         self.ledger.finish(unit, done);
@@ -356,22 +356,11 @@ impl<'a> Session<'a> {
     }
 }
 
-/// Takes these samples of every pixel of a tile.
-fn sample_tile(
-    scene: &Scene,
-    settings: &RenderSettings,
-    aovs: &Aovs,
-    samples: Range<u32>,
-    tile: &mut Tile,
-) -> Done {
+/// Takes some samples.
+fn take_samples(scene: &Scene, settings: &RenderSettings, aovs: &Aovs, work: &mut [Work<'_>]) -> Done {
     let RenderSettings { integrator, sampler, .. } = settings;
-    let count = tile.bounds().pixels() * u64::from(samples.end.wrapping_sub(samples.start));
-    let rays = if aovs.is_empty() {
-        integrator.sample_tile(scene, sampler, samples, tile)
-    } else {
-        integrator.sample_tile_with(scene, sampler, aovs, samples, tile)
-    };
-    Done { samples: count, rays }
+    let samples = work.iter().map(Work::count).sum();
+    Done { samples, rays: integrator.sample_tiles(scene, sampler, aovs, work) }
 }
 
 /// Number of units of work.

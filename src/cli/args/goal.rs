@@ -76,12 +76,10 @@ mod tests {
         assert_eq!([confidence("95%"), confidence("0.99")], [Ok(0.95), Ok(0.99)]);
         assert!(["1", "100%", "0.3", "0", "nan"].iter().all(|t| confidence(t).is_err()));
         let seconds = Duration::from_secs;
-        assert_eq!([time("30s"), time("2min"), time("1.5"), time("1h 1s")].map(Result::unwrap), [
-            seconds(30),
-            seconds(120),
-            Duration::from_millis(1500),
-            seconds(3601)
-        ]);
+        assert_eq!(
+            [time("30s"), time("2min"), time("1.5"), time("1h 1s")].map(Result::unwrap),
+            [seconds(30), seconds(120), Duration::from_millis(1500), seconds(3601)]
+        );
         assert!(["", "0", "0s", "-1s", "nan", "30 parsecs"].iter().all(|t| time(t).is_err()));
     }
 }

@@ -4,17 +4,26 @@ use super::plan::Unit;
 use crate::error_estimate::PixelEstimate;
 use crate::film::{Film, Gathered, PartMean, Tile};
 use crate::image::Area;
-use crate::integrator::BLOCK_SIZE;
+use crate::integrator::{BLOCK_SIZE, Work};
 use crate::render::Done;
 use crate::sampler::first_of_run;
-use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Independent sequences of samples.
 pub(super) const SEQUENCES: usize = 2;
 
-/// Samples of a sequence when it has any: one for each half.
-const FIRST: u32 = 2;
+/// The fewest samples of a sequence: one for each half.
+pub(super) const FEWEST: u32 = 2;
+
+/// Edge of a block where pixels do not share paths, and no filter mixes them: where the error is, is known the better, the larger
+/// blocks are, but within one all get the same. With edges of 8 the error falls less (docs/error.md); under a filter blocks have
+/// borders, of which smaller ones would have more.
+const SMALL_EDGE: u32 = 4;
+
+/// The edge of a film's blocks: no filter may reach beyond a block's neighbours.
+fn edge(film: &Film, shares: bool) -> u32 {
+    if film.border() == 0 && !shares { SMALL_EDGE } else { BLOCK_SIZE.max(film.border().next_multiple_of(BLOCK_SIZE)) }
+}
 
 /// Sums are added as if every sequence had 2 to the power of this many samples; none has more.
 pub(super) const MOST_LOG_SAMPLES: u32 = 29;
@@ -43,23 +52,28 @@ impl Block {
     pub(super) fn samples(&self, sequence: usize) -> u64 {
         self.sequence(sequence).samples.into()
     }
+}
 
-    /// Doubles the samples of a sequence, or takes the first ones, with a function that takes these of all pixels of a tile.
-    pub(super) fn double(&self, sequence: usize, take: impl Fn(Range<u32>, &mut Tile) -> Done) -> Done {
-        let first = first_of_run(sequence as u32);
-        let mut own = self.sequence(sequence);
-        let Sequence { samples, halves: [earlier, later] } = &mut *own;
-        if *samples == 0 {
-            let middle = first + FIRST / 2;
-            let mut done = take(first..middle, earlier);
-            done += take(middle..first + FIRST, later);
-            *samples = FIRST;
-            return done;
+/// The sequences of some units, ready to take their next samples.
+pub(super) struct Batch<'a>(Vec<(usize, MutexGuard<'a, Sequence>)>);
+
+impl Batch<'_> {
+    /// Doubles the samples of all of them, or takes the `first` ones, with a function that does some work.
+    pub(super) fn double(&mut self, first: u32, take: impl Fn(&mut [Work<'_>]) -> Done) -> Done {
+        let mut work = Vec::with_capacity(2 * self.0.len());
+        for (sequence, own) in &mut self.0 {
+            let start = first_of_run(*sequence as u32);
+            let Sequence { samples, halves: [earlier, later] } = &mut **own;
+            let (middle, end) = if *samples == 0 { (first / 2, first) } else { (*samples, 2 * *samples) };
+            if *samples == 0 {
+                work.push(Work { samples: start..start + middle, tile: earlier });
+            } else {
+                earlier.absorb(later);
+            }
+            work.push(Work { samples: start + middle..start + end, tile: later });
+            *samples = end;
         }
-        earlier.absorb(later);
-        let done = take(first + *samples..first + 2 * *samples, later);
-        *samples *= 2;
-        done
+        take(&mut work)
     }
 }
 
@@ -70,13 +84,16 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// Those of a film, without samples; they are aligned in the whole film, as the pixels are that share paths.
-    pub(super) fn new(film: &Film) -> Self {
+    /// Those of a film, without samples; they are aligned in the whole film, as the pixels are that share paths, if they do.
+    pub(super) fn new(film: &Film, shares: bool) -> Self {
         let area = film.sampled_area();
-        let size = BLOCK_SIZE.cast_signed();
-        let starts = |from: i32, length: u32| (from.div_euclid(size) * size..from + length.cast_signed()).step_by(BLOCK_SIZE as usize);
+        let edge = edge(film, shares);
+        let starts = |from: i32, length: u32| {
+            let first = from - from.rem_euclid(edge.cast_signed());
+            (first..from + length.cast_signed()).step_by(edge as usize)
+        };
         let block = |x: i32, y: i32| {
-            let bounds = Area { x, y, width: BLOCK_SIZE, height: BLOCK_SIZE }.intersection(area);
+            let bounds = Area { x, y, width: edge, height: edge }.intersection(area);
             let sequence = || Sequence { samples: 0, halves: [film.start_area(bounds), film.start_area(bounds)] };
             Block { bounds, sequences: [Mutex::new(sequence()), Mutex::new(sequence())] }
         };
@@ -88,6 +105,18 @@ impl Blocks {
     /// How many pixels there are in all.
     pub(super) fn pixels(&self) -> u64 {
         self.all.iter().map(|block| block.bounds.pixels()).sum()
+    }
+
+    /// The sequences of some units, none of which any other thread works on.
+    pub(super) fn batch(&self, units: &[Unit]) -> Batch<'_> {
+        Batch(units.iter().map(|unit| (unit.sequence, self.all[unit.block].sequence(unit.sequence))).collect())
+    }
+
+    /// How many samples a unit takes, over all its pixels, if those without any take `first` ones.
+    pub(super) fn cost(&self, unit: Unit, first: u32) -> u64 {
+        let block = &self.all[unit.block];
+        let samples = block.samples(unit.sequence);
+        block.bounds.pixels() * if samples == 0 { first.into() } else { samples }
     }
 
     /// Every sequence of every block.

@@ -3,8 +3,8 @@
 //!
 //! # Blocks
 //!
-//! Samples are dealt out to blocks of 8×8 pixels, which is what pixels share paths in, so that sharing goes on as ever. Every block
-//! keeps the sums of its own samples, with its border, and each of its pixels has as many as the others. At the end blocks are put
+//! Samples are dealt out to blocks of pixels: of 8×8 where pixels share paths, which is what they share them in, so that sharing goes
+//! on as ever, or where a filter mixes them, and else of 4×4. Every block keeps the sums of its own samples, with its border, and each of its pixels has as many as the others. At the end blocks are put
 //! together with weights that make up for their numbers, which are powers of two, so that the sums stay exact: under any filter,
 //! a pixel near the edge of a block is what it would be if both blocks had the same number.
 //!
@@ -26,25 +26,31 @@ mod block;
 mod plan;
 
 use super::{Done, Ended, Progress, RenderSettings, Rendered, empty_film};
-use crate::error_estimate::{Estimates, Parts, PictureError};
+use crate::error_estimate::{Estimates, Parts};
 use crate::film::Film;
 use crate::integrator::aov::Aovs;
 use crate::scene::Scene;
-use block::{Block, Blocks, SEQUENCES};
+use block::{Blocks, FEWEST, SEQUENCES};
 use plan::Unit;
 use rayon::ThreadPool;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Samples a pixel before it is decided anything: enough for halves of halves that tell something.
 const FIRST_SAMPLES: u32 = 16;
 
 /// The fewest samples a pixel: two halves of two sequences.
-pub const FEWEST_SAMPLES: u32 = 4;
+pub const FEWEST_SAMPLES: u32 = FEWEST * SEQUENCES as u32;
+
+/// What part of all samples may be taken before anything is decided.
+const FIRST_PART: u32 = 4;
+
+/// Samples that are taken at a time: some waves of paths.
+const BATCH: u64 = 4096;
 
 /// By what part of the samples there are a pass adds to them at most: few enough that what is decided is not old, enough that
 /// passes are not all waiting for the last thread.
@@ -53,8 +59,11 @@ const GROWTH: f64 = 0.25;
 /// What part of the squared error a pass towards a target may leave: were it all, there would be no end.
 const MOST_LEFT: f64 = 0.95;
 
-/// Looks at an error that is below so many times the target count as looks that may end the render.
-const NEAR_TARGET: f64 = 1.5;
+/// From when an estimate is below so many times the target on, a look at it may end the render.
+const NEAR_TARGET: f64 = 1.25;
+
+/// Looks between a number of samples and twice that may be wrong as often as so many independent ones: they share most samples.
+const LOOKS_A_DOUBLING: f64 = 2.0;
 
 /// When a render ends: at whichever is reached first.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +102,7 @@ pub fn render_adaptively(
     (pool, progress): (&ThreadPool, &Progress),
 ) -> Rendered {
     let film = empty_film(scene, settings.clamp, aovs);
-    let blocks = Blocks::new(&film);
+    let blocks = Blocks::new(&film, settings.integrator.shares(scene));
     let (done, out_of_time, start) = (Mutex::default(), AtomicBool::new(false), Instant::now());
     progress.started.store(true, Ordering::Relaxed);
     Adaptive { scene, settings, aovs, limits, progress, film, blocks, done, out_of_time, start }.run(pool)
@@ -103,23 +112,10 @@ impl Adaptive<'_> {
     fn run(self, pool: &ThreadPool) -> Rendered {
         let area = self.film.area();
         let mut estimates = Estimates::new(area.width, area.height, Parts::Replicates);
-        let first = self.limits.samples.map_or(FIRST_SAMPLES, |most| most.clamp(FEWEST_SAMPLES, FIRST_SAMPLES));
-        let (mut samples, mut looks) = (FEWEST_SAMPLES, 0);
+        let first = self.first_samples();
+        let (mut units, mut near) = (self.blocks.all_units(), None);
         let ended = loop {
-            let units = if samples <= first {
-                samples *= 2;
-                self.blocks.all_units()
-            } else {
-                if self.has_reached_target(&estimates, &mut looks) {
-                    break Ended::Error;
-                }
-                let plan = self.blocks.plan(&self.film, &estimates, self.room_and_left(&estimates));
-                if plan.is_empty() {
-                    break Ended::Samples;
-                }
-                plan
-            };
-            let changed = self.take(pool, &units);
+            let changed = self.take(pool, (&units, first));
             self.estimate(pool, &changed, &mut estimates);
             self.progress.set_error(estimates.error());
             if self.progress.is_cancelled() {
@@ -128,64 +124,93 @@ impl Adaptive<'_> {
             if self.out_of_time.load(Ordering::Relaxed) {
                 break Ended::Time;
             }
+            let left = self.left_to_target(&estimates, &mut near);
+            if left.is_some_and(|left| left >= 1.0) {
+                break Ended::Error;
+            }
+            units = self.blocks.plan(&self.film, &estimates, (self.room(), left.unwrap_or(0.0).min(MOST_LEFT)));
+            if units.is_empty() {
+                break Ended::Samples;
+            }
         };
         self.finish(ended, estimates)
     }
 
-    /// How many samples, over all pixels, the next pass may take, and what part of the squared error it may leave.
-    fn room_and_left(&self, estimates: &Estimates) -> (u64, f64) {
+    /// How many samples each sequence takes before anything is decided: a power of two.
+    fn first_samples(&self) -> u32 {
+        let all =
+            self.limits.samples.map_or(FIRST_SAMPLES, |most| most / FIRST_PART).clamp(FEWEST_SAMPLES, FIRST_SAMPLES);
+        1 << (all / SEQUENCES as u32).ilog2()
+    }
+
+    /// How many samples, over all pixels, the next pass may take.
+    fn room(&self) -> u64 {
         let taken = self.done().samples;
-        let left = self.limits.error.map_or(0.0, |target| {
-            let over = target / estimates.whole(self.limits.confidence).interval.high;
-            (over * over).min(MOST_LEFT)
-        });
         let room = (taken as f64 * GROWTH) as u64;
         let most = self.limits.samples.map_or(u64::MAX, |samples| u64::from(samples) * self.blocks.pixels());
-        (room.min(most.saturating_sub(taken)), left)
+        room.min(most.saturating_sub(taken))
     }
 
-    /// Whether the error is below the target with the confidence asked for, however often it is looked at: the k-th look may be wrong
-    /// with the probability 6/π²k² of all that may be.
-    fn has_reached_target(&self, estimates: &Estimates, looks: &mut u32) -> bool {
-        let Some(target) = self.limits.error else { return false };
-        if estimates.error() > NEAR_TARGET * target {
-            return false;
+    /// What part of the squared error may be left: 1 or more where it is below the target with the confidence asked for, however
+    /// often it was looked at since it was `near` the target, with how many samples. The looks of the k-th doubling since
+    /// then may be wrong with the probability 6/π²k² of all that may be.
+    fn left_to_target(&self, estimates: &Estimates, near: &mut Option<u64>) -> Option<f64> {
+        let target = self.limits.error?;
+        if estimates.error() > NEAR_TARGET * target && near.is_none() {
+            let left = target / estimates.error();
+            return Some(left * left);
         }
-        *looks += 1;
-        let k = PI * f64::from(*looks);
-        let doubt = (1.0 - self.limits.confidence) * 6.0 / (k * k);
+        let taken = self.done().samples;
+        let since = *near.get_or_insert(taken);
+        let k = PI * (1.0 + libm::log2(taken as f64 / since as f64)).ceil();
+        let doubt = (1.0 - self.limits.confidence) * 6.0 / (k * k) / LOOKS_A_DOUBLING;
         // Only the upper end counts.
-        estimates.whole(1.0 - 2.0 * doubt).interval.high <= target
+        let high = estimates.whole(1.0 - 2.0 * doubt).interval.high;
+        Some(if high > 0.0 { (target / high) * (target / high) } else { 1.0 })
     }
 
-    /// Takes the samples of some units; returns the blocks that have more than before.
-    fn take(&self, pool: &ThreadPool, units: &[Unit]) -> BTreeSet<usize> {
-        let (next, changed) = (AtomicUsize::new(0), Mutex::new(BTreeSet::new()));
+    /// Takes the samples of some units, `first` ones where there are none; returns the blocks that have more than before.
+    fn take(&self, pool: &ThreadPool, (units, first): (&[Unit], u32)) -> BTreeSet<usize> {
+        let (next, changed) = (Mutex::new(units), Mutex::new(BTreeSet::new()));
         pool.broadcast(|_| {
             while !self.progress.is_cancelled()
-                && let Some(&unit) = units.get(next.fetch_add(1, Ordering::Relaxed))
-                && self.has_time_for(unit)
+                && let batch = self.next_batch(&mut lock(&next), first)
+                && !batch.is_empty()
+                && self.has_time_for(batch, first)
             {
-                let (block, sequence) = (&self.blocks.all[unit.block], unit.sequence);
-                let done = block.double(sequence, |samples, tile| {
-                    super::sample_tile(self.scene, self.settings, self.aovs, samples, tile)
-                });
-                *self.done.lock().unwrap_or_else(PoisonError::into_inner) += done;
+                let done = self
+                    .blocks
+                    .batch(batch)
+                    .double(first, |work| super::take_samples(self.scene, self.settings, self.aovs, work));
+                *lock(&self.done) += done;
                 self.progress.count(&done);
-                changed.lock().unwrap_or_else(PoisonError::into_inner).insert(unit.block);
+                lock(&changed).extend(batch.iter().map(|unit| unit.block));
             }
         });
         changed.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether a unit may begin: the first of all always, later ones if they may be done in time.
-    fn has_time_for(&self, unit: Unit) -> bool {
-        let block = &self.blocks.all[unit.block];
-        let more = block.samples(unit.sequence) * block.bounds.pixels();
-        let Some(limit) = self.limits.time.filter(|_| more > 0) else { return true };
-        let (elapsed, taken) = (self.start.elapsed(), self.done().samples);
+    /// Takes as many of the units that are left as make a batch.
+    fn next_batch<'u>(&self, left: &mut &'u [Unit], first: u32) -> &'u [Unit] {
+        let (mut samples, mut count) = (0, 0);
+        while samples < BATCH
+            && let Some(&unit) = left.get(count)
+        {
+            (samples, count) = (samples + self.blocks.cost(unit, first), count + 1);
+        }
+        let (batch, rest) = left.split_at(count);
+        *left = rest;
+        batch
+    }
+
+    /// Whether a batch may begin: the first samples always, later ones if they may be done in time.
+    fn has_time_for(&self, batch: &[Unit], first: u32) -> bool {
+        let taken = self.done().samples;
+        let is_first = |unit: &Unit| self.blocks.all[unit.block].samples(unit.sequence) == 0;
+        let Some(limit) = self.limits.time.filter(|_| !batch.iter().any(is_first)) else { return true };
+        let more: u64 = batch.iter().map(|&unit| self.blocks.cost(unit, first)).sum();
         let threads = rayon::current_num_threads() as f64;
-        let needed = elapsed.as_secs_f64() * (1.0 + threads * more as f64 / taken.max(1) as f64);
+        let needed = self.start.elapsed().as_secs_f64() * (1.0 + threads * more as f64 / taken.max(1) as f64);
         let has = needed <= limit.as_secs_f64();
         if !has {
             self.out_of_time.store(true, Ordering::Relaxed);
@@ -214,7 +239,7 @@ impl Adaptive<'_> {
     }
 
     fn done(&self) -> Done {
-        *self.done.lock().unwrap_or_else(PoisonError::into_inner)
+        *lock(&self.done)
     }
 
     fn finish(self, ended: Ended, estimates: Estimates) -> Rendered {
@@ -226,18 +251,7 @@ impl Adaptive<'_> {
     }
 }
 
-/// The picture's error with the confidence of a render's limits.
-pub fn error_of(rendered: &Rendered, confidence: f64) -> Option<PictureError> {
-    rendered.estimates.as_ref().map(|estimates| estimates.whole(confidence))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn blocks_hold_what_their_tiles_do() {
-        assert_eq!(FEWEST_SAMPLES, 2 * SEQUENCES as u32);
-        let _: fn(&Block) -> u64 = |block| block.samples(0);
-    }
+/// A thread that panicked left nothing half done behind this.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,6 +1,6 @@
 //! Decides which blocks get more samples.
 
-use super::block::{Blocks, MOST_LOG_SAMPLES, SEQUENCES};
+use super::block::{Block, Blocks, MOST_LOG_SAMPLES, SEQUENCES};
 use crate::error_estimate::Estimates;
 use crate::film::Film;
 
@@ -62,7 +62,7 @@ impl Blocks {
     /// of the picture.
     fn variances(&self, film: &Film, estimates: &Estimates, sequence: usize) -> Vec<Option<f64>> {
         let (whole, darkness) = (film.area(), estimates.darkness());
-        let of = |block: &super::Block| {
+        let of = |block: &Block| {
             let area = block.bounds.intersection(whole);
             let of_picture = crate::image::Area { x: area.x - whole.x, y: area.y - whole.y, ..area };
             let mean = estimates.of_replicate(of_picture, sequence, darkness);
