@@ -23,7 +23,7 @@ struct Row {
     samples: u32,
 }
 
-const ROWS: [Row; 11] = [
+const ROWS: [Row; 12] = [
     Row { name: "caustic", samples: 32 },
     Row { name: "cornell-box", samples: 16 },
     Row { name: "cornell-box-materials", samples: 32 },
@@ -34,6 +34,7 @@ const ROWS: [Row; 11] = [
     Row { name: "many-lights", samples: 16 },
     Row { name: "million", samples: 16 },
     Row { name: "plates", samples: 32 },
+    Row { name: "rough-glass-caustic", samples: 32 },
     Row { name: "shelf", samples: 32 },
 ];
 

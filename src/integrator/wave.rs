@@ -190,6 +190,7 @@ impl Walker<'_> {
             id,
             stream: self.sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index),
             met: false,
+            scattered: false,
             alive: true,
         }
     }
@@ -301,7 +302,13 @@ impl Walker<'_> {
             return end(path, "the depth limit", record);
         }
         let looked_at = || wave.ahead.met(index % AHEAD);
-        let surface = self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers);
+        if self.scene.regularizes() {
+            path.scattered |= matches!(path.segment, Segment::Smooth { .. });
+        }
+        let surface = match path.scattered {
+            false => self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers),
+            true => self.scene.rougher_surface(&path.ray, hit, looked_at(), &mut wave.layers),
+        };
         if self.scene.absorbs() {
             self.absorb(path, &surface, hit);
         }

@@ -16,7 +16,7 @@ pub struct Reference {
 }
 
 /// Every own scene.
-pub const REFERENCES: [Reference; 11] = [
+pub const REFERENCES: [Reference; 12] = [
     Reference { name: "caustic", samples: 16_384 },
     Reference { name: "cornell-box", samples: 65_536 },
     Reference { name: "cornell-box-materials", samples: 65_536 },
@@ -27,6 +27,7 @@ pub const REFERENCES: [Reference; 11] = [
     Reference { name: "many-lights", samples: 8192 },
     Reference { name: "million", samples: 16_384 },
     Reference { name: "plates", samples: 16_384 },
+    Reference { name: "rough-glass-caustic", samples: 65_536 },
     Reference { name: "shelf", samples: 16_384 },
 ];
 
