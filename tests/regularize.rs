@@ -36,9 +36,7 @@ fn diffuse_scenes_and_what_is_seen_by_mirrors_alone_keep_their_bits() {
     assert_eq!(without, with);
     let desk = Desk::new();
     let sphere = |x: &str, bsdf: &str| {
-        format!(
-            r#"<shape type="sphere"><point name="center" x="{x}" y="0" z="0"/><bsdf type="{bsdf}"/></shape>"#
-        )
+        format!(r#"<shape type="sphere"><point name="center" x="{x}" y="0" z="5"/><bsdf type="{bsdf}"/></shape>"#)
     };
     let sky = r#"<emitter type="constant"><rgb name="radiance" value="1, 2, 3"/></emitter>"#;
     let text = scene_text(&(sphere("-1", "dielectric") + &sphere("1.1", "conductor") + sky));

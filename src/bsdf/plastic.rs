@@ -65,9 +65,9 @@ impl Plastic {
         Self { eta, base, reflectance: specular_reflectance }
     }
 
-    /// See [`super::Bsdf::regularized`]. The light inside stays that of the smooth coat: only what is reflected is to be spread.
+    /// See [`super::Bsdf::regularized`].
     pub(super) fn regularized(self) -> RoughPlastic {
-        RoughPlastic::over(Microfacets::of_smooth_twin(), self.eta, self.base, self.reflectance)
+        RoughPlastic::returning_all(Microfacets::of_smooth_twin(), self.eta, self.base, self.reflectance)
     }
 
     pub(super) fn lobes(&self) -> Lobes {

@@ -91,8 +91,23 @@ impl RoughPlastic {
         Self::over(facets, eta, base, specular_reflectance)
     }
 
+    /// The same where the base loses nothing if it is white: R = 1 − T̄/η², as under a smooth coat, instead of Mitsuba's mean. Takes
+    /// of `base` but its colour, and whether that counts each time.
+    pub(super) fn returning_all(facets: Microfacets, eta: f32, base: Base, specular_reflectance: Rgb) -> Self {
+        let mut this = Self::over(facets, eta, base, specular_reflectance);
+        // Exact for what is interpolated linearly: 2∫T·μ dμ over an interval from a to b.
+        let step = 1.0 / (ANGLES - 1) as f64;
+        let between = |(i, t): (usize, &[f32])| {
+            let (a, t) = (i as f64 * step, [f64::from(t[0]), f64::from(t[1])]);
+            step * (a * (t[0] + t[1]) + step * (t[0] + 2.0 * t[1]) / 3.0)
+        };
+        let mean: f64 = this.transmittance.windows(2).enumerate().map(between).sum();
+        this.base.inside = (1.0 - mean / f64::from(eta).powi(2)) as f32;
+        this
+    }
+
     /// The same over a base for which it is known what the coat reflects inside.
-    pub(super) fn over(facets: Microfacets, eta: f32, base: Base, specular_reflectance: Rgb) -> Self {
+    fn over(facets: Microfacets, eta: f32, base: Base, specular_reflectance: Rgb) -> Self {
         let mut transmittance = [0.0; ANGLES];
         let rule = Rule::new(&facets, eta);
         for (t, wo) in transmittance.iter_mut().zip(tabulated()) {

@@ -52,10 +52,9 @@ impl Material {
     #[must_use]
     pub fn regularized(&self) -> Self {
         match self {
-            Self::Plain(Sides { front, back }) => Self::Plain(Sides {
-                front: front.clone().regularized(),
-                back: back.clone().map(Bsdf::regularized),
-            }),
+            Self::Plain(Sides { front, back }) => {
+                Self::Plain(Sides { front: front.clone().regularized(), back: back.clone().map(Bsdf::regularized) })
+            }
             Self::Varying(graph) => Self::Varying(graph.regularized()),
         }
     }

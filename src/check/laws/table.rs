@@ -129,16 +129,34 @@ fn interfaces() -> Vec<Row> {
 
 /// The rougher twins of what is smooth, and of some that are not: they obey what their originals obey.
 fn regularized(rows: &[Row]) -> Vec<Row> {
-    let smooth = ["mirror", "smooth dielectric", "pane", "plastic 1.5 Rgb", "plastic 2.4 Rgb", "plastic 0.6666667 Rgb"];
-    let narrow = ["metal Beckmann (0.05, 0.4)", "glass 1.5 Ggx (0.02, 0.02)", "glass 1.5 Beckmann (0.1, 0.1)", "plastic 1.5 Ggx 0.1 "];
-    let begin = smooth.into_iter().chain(narrow);
-    let is_wanted = |name: &str| {
-        let of_many = (name.contains("principled") && name.ends_with(" 0.03"))
-            || (name.starts_with("glTF") && name.ends_with(" 0.001"))
-            || ["glTF coated 0.3", "glTF mixed 0.3", "glTF mixed solid 0.3", "glTF half glass 0.3"].contains(&name);
-        of_many || begin.clone().any(|start| name.starts_with(start))
-    };
-    let twin = |row: &Row| Row { name: format!("regularized {}", row.name), bsdf: row.bsdf.clone().regularized(), ..*row };
+    const BEGIN: [&str; 9] = [
+        "mirror",
+        "smooth dielectric",
+        "pane",
+        "metal Beckmann (0.05, 0.4)",
+        "glass 1.5 Ggx (0.02, 0.02)",
+        "plastic 1.5 Rgb(Vec3(1",
+        "plastic 2.4 Rgb(Vec3(1",
+        "plastic 0.6666667 Rgb(Vec3(1",
+        "plastic 1.5 Ggx 0.1 ",
+    ];
+    const NAMES: [&str; 12] = [
+        "principled white 0.03",
+        "principled metal 0.03",
+        "principled coat 1 0.03",
+        "principled glass 1.5 0.03",
+        "principled mixed 0.03",
+        "thin principled white 0.03",
+        "thin principled pane 1.5 0.03",
+        "thin principled mixed 0.03",
+        "glTF white 0.001",
+        "glTF glass 0.001",
+        "glTF coated 0.3",
+        "glTF mixed solid 0.3",
+    ];
+    let is_wanted = |name: &str| NAMES.contains(&name) || BEGIN.iter().any(|start| name.starts_with(start));
+    let twin =
+        |row: &Row| Row { name: format!("regularized {}", row.name), bsdf: row.bsdf.clone().regularized(), ..*row };
     rows.iter().filter(|row| is_wanted(&row.name)).map(twin).collect()
 }
 
