@@ -23,7 +23,7 @@ struct Row {
     samples: u32,
 }
 
-const ROWS: [Row; 12] = [
+const ROWS: [Row; 11] = [
     Row { name: "caustic", samples: 32 },
     Row { name: "cornell-box", samples: 16 },
     Row { name: "cornell-box-materials", samples: 32 },
@@ -34,7 +34,6 @@ const ROWS: [Row; 12] = [
     Row { name: "many-lights", samples: 16 },
     Row { name: "million", samples: 16 },
     Row { name: "plates", samples: 32 },
-    Row { name: "rough-glass-caustic", samples: 32 },
     Row { name: "shelf", samples: 32 },
 ];
 
@@ -116,6 +115,7 @@ fn every_scene_has_a_row() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
+    folders.retain(|name| name != HEAVY_TAILED.name);
     folders.sort();
     assert_eq!(folders, rows);
     assert_eq!(folders, references);

@@ -50,17 +50,21 @@ fn diffuse_scenes_and_what_is_seen_by_mirrors_alone_keep_their_bits() {
     assert_ne!(without, with);
 }
 
-/// Hypothesis: the variance of pixels over eight seeds of 16 samples, relative to their means' squares, falls to less than the
-/// part that is given, in scenes of caustics by smooth and by rough glass. Measured are TODO.
+/// Hypothesis: the variance of pixels over eight seeds of 16 samples, over the square of what the references have there, falls to
+/// less than 0.7 of it, in scenes of caustics by smooth and by rough glass. (By the pictures' own means, as for other scenes, it would
+/// not do: a pixel whose light one seed of eight has found has a relative variance of eight, however bright that is.) Few paths
+/// decide, so that the figure wobbles from one set of seeds to another; the seeds are fixed.
 #[test]
 fn caustics_have_less_noise() {
-    for (name, most) in [("caustic", 0.5), ("rough-glass-caustic", 0.5)] {
-        let description = load(&format!("scenes/{name}/scene.xml"), &[("res", "48")]);
-        let settings = file_settings(&description, Estimator::Path, 16);
-        let [without, with] = [compiled(&description, Accelerator::Auto), regularized(&description)]
-            .map(|scene| relative_variance(&scene, &settings));
+    for name in ["caustic", "rough-glass-caustic"] {
+        let description = load(&format!("scenes/{name}/scene.xml"), &[("res", &RES.to_string())]);
+        let (settings, reference) = (file_settings(&description, Estimator::Path, 16), read_reference(name));
+        let [without, with] = [compiled(&description, Accelerator::Auto), regularized(&description)].map(|scene| {
+            let pixels = Estimate::of(&scene, &settings, 8).pixels;
+            pixels.iter().zip(&reference.pixels).map(|(p, r)| p.variance / (r.mean * r.mean + 0.01)).sum::<f64>()
+        });
         println!("{name}: {without:.3} falls to {with:.3}, {:.3} of it", with / without);
-        assert!(with < most * without, "{name}: {with} instead of {without}");
+        assert!(with < 0.7 * without, "{name}: {with} instead of {without}");
     }
 }
 

@@ -15,8 +15,12 @@ pub struct Reference {
     pub samples: u32,
 }
 
-/// Every own scene.
-pub const REFERENCES: [Reference; 12] = [
+/// An own scene with a reference whose samples have so heavy a tail (docs/numerics.md) that neither 32 pictures nor their scatter say
+/// much of a tile: tests that compare pixels or tiles by normal laws leave it out, and the mean has a test of its own.
+pub const HEAVY_TAILED: Reference = Reference { name: "rough-glass-caustic", samples: 65_536 };
+
+/// Every other own scene.
+pub const REFERENCES: [Reference; 11] = [
     Reference { name: "caustic", samples: 16_384 },
     Reference { name: "cornell-box", samples: 65_536 },
     Reference { name: "cornell-box-materials", samples: 65_536 },
@@ -27,7 +31,6 @@ pub const REFERENCES: [Reference; 12] = [
     Reference { name: "many-lights", samples: 8192 },
     Reference { name: "million", samples: 16_384 },
     Reference { name: "plates", samples: 16_384 },
-    Reference { name: "rough-glass-caustic", samples: 65_536 },
     Reference { name: "shelf", samples: 16_384 },
 ];
 
