@@ -53,7 +53,7 @@ fn diffuse_scenes_and_what_is_seen_by_mirrors_alone_keep_their_bits() {
 /// Hypothesis: the variance of pixels over eight seeds of 16 samples, over the square of what the references have there, falls to
 /// less than 0.7 of it, in scenes of caustics by smooth and by rough glass. (By the pictures' own means, as for other scenes, it would
 /// not do: a pixel whose light one seed of eight has found has a relative variance of eight, however bright that is.) Few paths
-/// decide, so that the figure wobbles from one set of seeds to another; the seeds are fixed.
+/// decide, so that the figure wobbles from one set of seeds to another; the seeds are fixed. With them it is 0.70 and 0.15.
 #[test]
 fn caustics_have_less_noise() {
     for name in ["caustic", "rough-glass-caustic"] {
