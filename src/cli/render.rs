@@ -42,7 +42,10 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let temporaries = pictures.iter().map(OutputFile::temporary_path).chain(stats.iter().map(Reserved::temporary_path));
     interrupt::handle(&progress, temporaries.flatten().map(Path::to_owned).collect());
     let pool = prepare::pool(args.scene.threads)?;
-    let prepared = prepare::prepare(&args.scene, args.aov.contains(&AovName::Uv), args.spp, &pool)?;
+    let mut prepared = prepare::prepare(&args.scene, args.aov.contains(&AovName::Uv), args.spp, &pool)?;
+    if args.bias.regularize {
+        pool.install(|| prepared.scene.regularize());
+    }
     for warning in &prepared.warnings {
         say(format_args!("warning: {warning}"));
     }
