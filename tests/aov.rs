@@ -50,6 +50,7 @@ fn everything() -> Aovs {
         sample_counts: true,
         sky_counts: true,
         later_from: LATER_FROM,
+        looked_at: u32::MAX,
     }
 }
 

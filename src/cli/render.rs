@@ -1,10 +1,10 @@
 //! `snell render`.
 
 use super::aov::Beside;
-use super::args::{AovName, IntegratorName, RenderArgs, ReuseName, Shard};
+use super::args::{IntegratorName, RenderArgs, ReuseName, Shard};
 use super::finish::{self, Finish, Outcome};
 use super::keeper::Keeper;
-use super::prepare::{self, Prepared};
+use super::prepare::{self, Prepared, Purpose};
 use super::progress::{Display, quantity};
 use super::record::Kept;
 use super::stats::{Names, Stats};
@@ -39,7 +39,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let temporaries = pictures.iter().map(OutputFile::temporary_path).chain(stats.iter().map(Reserved::temporary_path));
     interrupt::handle(&progress, temporaries.flatten().map(Path::to_owned).collect());
     let pool = prepare::pool(args.scene.threads)?;
-    let prepared = prepare::prepare(&args.scene, args.aov.contains(&AovName::Uv), args.spp, &pool)?;
+    let prepared = prepare::prepare(&args.scene, Purpose::of(args, args.spp), &pool)?;
     for warning in &prepared.warnings {
         say(format_args!("warning: {warning}"));
     }
@@ -51,6 +51,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let format = pixel_format(args, &prepared);
     let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
     beside.tell(integrator != IntegratorName::Direct, settings.samples);
+    beside.look_at_first(args.beside.aov_spp, settings.samples);
     prepared.check_film(beside.bytes(&prepared.scene), args.keep.keeps_sums())?;
     if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
         say(format_args!(

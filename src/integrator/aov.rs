@@ -46,6 +46,8 @@ pub enum Quantity {
     LaterRadiance,
     /// 1 for the samples of the later half: its mean is their part of the weight.
     Later,
+    /// 1 for the samples whose surfaces are looked at ([`Aovs::looked_at`]): its mean is their part of the weight.
+    LookedAt,
 }
 
 /// A whole number that the first sample of a pixel tells: the index of something, plus [`Self::first`].
@@ -78,7 +80,7 @@ pub struct Aov {
 }
 
 /// Everything that goes beside radiance.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Aovs {
     /// Means.
     pub means: Vec<Aov>,
@@ -90,21 +92,42 @@ pub struct Aovs {
     pub sky_counts: bool,
     /// The index of the first sample of a pixel's later half.
     pub later_from: u32,
+    /// Of how many samples of a pixel the surface is looked at, from the first on.
+    pub looked_at: u32,
+}
+
+impl Default for Aovs {
+    /// Nothing, of all samples.
+    fn default() -> Self {
+        Self {
+            means: Vec::new(),
+            numbers: Vec::new(),
+            sample_counts: false,
+            sky_counts: false,
+            later_from: 0,
+            looked_at: u32::MAX,
+        }
+    }
 }
 
 impl Quantity {
     /// How many components it has.
     pub fn components(self) -> usize {
         match self {
-            Self::Depth | Self::DepthFromNear | Self::Alpha | Self::Later => 1,
+            Self::Depth | Self::DepthFromNear | Self::Alpha | Self::Later | Self::LookedAt => 1,
             Self::Uv => 2,
             _ => 3,
         }
     }
 
+    /// Whether it tells of the surface that the camera ray meets: zero for samples that are not looked at.
+    pub fn is_of_the_surface(self) -> bool {
+        !self.is_of_the_path()
+    }
+
     /// Whether it is known only when the path has ended.
     fn is_of_the_path(self) -> bool {
-        matches!(self, Self::Radiance | Self::Xyz | Self::Alpha | Self::LaterRadiance | Self::Later)
+        matches!(self, Self::Radiance | Self::Xyz | Self::Alpha | Self::LaterRadiance | Self::Later | Self::LookedAt)
     }
 
     /// Whether it is a length, which changes with the unit.
@@ -232,9 +255,12 @@ impl<'a> AovSink<'a> {
             Quantity::DepthFromNear => DVec3::splat(along() - f64::from(start.tmin)),
             Quantity::Position => point().point.p + scene.centre * scene.unit,
             Quantity::Uv => scene.uv(ray, hit).as_dvec2().extend(0.0),
-            Quantity::Radiance | Quantity::Xyz | Quantity::Alpha | Quantity::LaterRadiance | Quantity::Later => {
-                DVec3::ZERO
-            }
+            Quantity::Radiance
+            | Quantity::Xyz
+            | Quantity::Alpha
+            | Quantity::LaterRadiance
+            | Quantity::Later
+            | Quantity::LookedAt => DVec3::ZERO,
         }
     }
 
@@ -278,6 +304,7 @@ impl<'a> AovSink<'a> {
             Quantity::Alpha => DVec3::splat(if path.met { 1.0 } else { self.sky_alpha }),
             Quantity::LaterRadiance if !self.is_later(path) => DVec3::ZERO,
             Quantity::LaterRadiance => colour(path.radiance),
+            Quantity::LookedAt => DVec3::splat(f64::from(u8::from(path.id.index < self.aovs.looked_at))),
             Quantity::Later => DVec3::splat(f64::from(u8::from(self.is_later(path)))),
             _ => return None,
         })
@@ -307,9 +334,10 @@ impl Sink for AovSink<'_> {
             if path.id.index == 0 && !self.aovs.numbers.is_empty() {
                 self.tell(path.id, hit);
             }
+            let looks = hit.is_some() && path.id.index < self.aovs.looked_at;
             for aov in &self.aovs.means {
                 let last = first + aov.quantity.components();
-                if hit.is_some() && !aov.quantity.is_of_the_path() {
+                if looks && aov.quantity.is_of_the_surface() {
                     store(&mut values[first..last], *aov, self.of_surface(aov.quantity, start, path, hit));
                 }
                 first = last;

@@ -18,6 +18,7 @@ use super::record::{Event, Record};
 use super::technique::Technique;
 use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
+use crate::facts::{Feature, has};
 use crate::light::{End, Light, LightSample, Receiver, TOGETHER};
 use crate::material::{Layer, Scatter};
 use crate::math::frame::Frame;
@@ -139,7 +140,9 @@ impl Walker<'_> {
                 let n = receiving_normal(surface);
                 let lights = self.scene.light_sampler.at(|| Receiver { p: surface.p().as_vec3(), n });
                 let uniforms = (index * count..(index + 1) * count).map(|i| numbers.light(i));
-                if let [Light::Environment(light)] = &self.scene.lights[..] {
+                if Feature::Environment.is_built()
+                    && let [Light::Environment(light)] = &self.scene.lights[..]
+                {
                     let mut uniforms = uniforms;
                     let mut left = count;
                     while left > 0 {
@@ -214,6 +217,7 @@ impl Walker<'_> {
         if f.is_black() {
             return None;
         }
+        has(Feature::Mis, sample.pdf.is_some());
         let (weight, pdf) = match sample.pdf {
             Some(pdf) => (T::sampled_weight(pdf * pmf, bsdf_pdf), (pdf * pmf).0),
             // No bsdf finds a light without size.
@@ -275,8 +279,9 @@ impl Walker<'_> {
 /// The normal on whose side a surface scatters; zero where that is both sides.
 #[inline(always)]
 pub(super) fn receiving_normal(surface: &Surface<'_>) -> Vec3 {
+    has(Feature::Textures, matches!(surface.bsdf, Scatter::Layers(_)));
     match &surface.bsdf {
-        Scatter::One(bsdf) if bsdf.lobes().transmits => Vec3::ZERO,
+        Scatter::One(bsdf) if has(Feature::Transmission, bsdf.lobes().transmits) => Vec3::ZERO,
         Scatter::One(_) => surface.frame.n,
         Scatter::Layers(layers) => layers_normal(layers, &{ surface.frame }),
     }

@@ -33,6 +33,7 @@ pub use technique::Technique;
 pub use trial::Undecided;
 pub use wave::RayCounts;
 
+use crate::facts::{self, Feature};
 use crate::film::{SampleId, Tile, tile_around};
 use crate::image::Area;
 use crate::sampler::Sampler;
@@ -88,7 +89,9 @@ pub struct Integrator {
 }
 
 impl Integrator {
-    /// Takes the samples `samples` of every pixel of `tile`, and counts the rays they took.
+    /// Takes the samples `samples` of every pixel of `tile`, and counts the rays they took. Not inlined, so that `scripts/absence`
+    /// finds it.
+    #[inline(never)]
     pub fn sample_tile(&self, scene: &Scene, sampler: &Sampler, samples: Range<u32>, tile: &mut Tile) -> RayCounts {
         let bounds = tile.bounds();
         let ids = self.sample_ids(scene, bounds, samples);
@@ -102,6 +105,7 @@ impl Integrator {
     }
 
     /// [`Self::sample_tile`], with everything that goes beside radiance.
+    #[inline(never)]
     pub fn sample_tile_with(
         &self,
         scene: &Scene,
@@ -110,8 +114,12 @@ impl Integrator {
         samples: Range<u32>,
         tile: &mut Tile,
     ) -> RayCounts {
-        let ids = self.sample_ids(scene, tile.bounds(), samples);
+        facts::allow(Feature::Aovs, true);
         let mut counts = RayCounts::default();
+        if !Feature::Aovs.is_built() {
+            return counts;
+        }
+        let ids = self.sample_ids(scene, tile.bounds(), samples);
         let mut sink = AovSink::new(scene, aovs, tile, self.max_depth > 0 && !self.hides_sky());
         self.walk(scene, sampler, ids, &mut (), &mut counts, &mut sink);
         counts
@@ -180,6 +188,8 @@ impl Integrator {
         sink: &mut impl Sink,
     ) {
         let count = if self.estimator == Estimator::Path { self.light_samples } else { 1 };
+        facts::allow(Feature::Sharing, self.shares(scene));
+        facts::allow(Feature::Candidates, count > 1);
         let candidates = direct::Candidates::new(count, sampler.kind);
         let walker = wave::Walker { scene, sampler, limits: self, candidates, level: crate::math::simd::level() };
         match self.estimator {

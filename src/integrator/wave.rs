@@ -18,6 +18,7 @@ use super::reuse::{Group, Reuse};
 use super::technique::Technique;
 use crate::accel::{Hit, Start};
 use crate::camera::Camera;
+use crate::facts::{Feature, has};
 use crate::film::SampleId;
 use crate::light::{Light, Receiver, VaryingLight};
 use crate::material::Layer;
@@ -197,6 +198,7 @@ impl Walker<'_> {
     /// Sends every path off from its point of the film.
     fn aim(&self, wave: &mut Wave) {
         let camera = &self.scene.camera;
+        has(Feature::Lens, camera.has_lens());
         wave.bsdf_numbers.fill_film(camera.has_lens(), wave.paths.iter().map(|p| p.stream));
         match camera {
             Camera::Perspective(camera) => wave.aim(|film, _| camera.ray(film)),
@@ -214,8 +216,8 @@ impl Walker<'_> {
         let streams = wave.active.iter().map(|&i| wave.paths[i as usize].stream);
         wave.bsdf_numbers.fill_bsdf(vertex, streams.clone());
         if T::SAMPLES_LIGHTS && !self.scene.lights.is_empty() {
-            let choice = self.scene.lights.len() > 1;
-            if vertex == 0 && self.candidates.count > 1 {
+            let choice = has(Feature::LightChoice, self.scene.lights.len() > 1);
+            if vertex == 0 && has(Feature::Candidates, self.candidates.count > 1) {
                 let Wave { paths, active, light_numbers, .. } = wave;
                 let stream = |i: usize| paths[active[i] as usize].stream;
                 let parts = (self.candidates.kind, self.candidates.count);
@@ -295,7 +297,7 @@ impl Walker<'_> {
             self.find_sky::<T>(path, record);
             return end(path, "nothing is met", record);
         }
-        let met = std::mem::replace(&mut path.met, true);
+        let met = Feature::Aovs.is_built() && std::mem::replace(&mut path.met, true);
         let last = path.depth >= self.limits.max_depth;
         if last && self.scene.appearances[hit.shape as usize].light.is_none() {
             return end(path, "the depth limit", record);
@@ -310,7 +312,8 @@ impl Walker<'_> {
         if last {
             return end(path, "the depth limit", record);
         }
-        if path.depth == 2
+        if has(Feature::Sharing, wave.reuse.is_some())
+            && path.depth == 2
             && let Some(reuse) = &mut wave.reuse
         {
             reuse.join(id as usize, path, &surface, hit);
@@ -319,7 +322,7 @@ impl Walker<'_> {
         // Light sampled on purpose.
         if T::SAMPLES_LIGHTS && surface.bsdf.lobes().smooth && !self.scene.lights.is_empty() {
             let from = (&*path, hit, id);
-            if path.depth == 1 && self.candidates.count > 1 {
+            if path.depth == 1 && has(Feature::Candidates, self.candidates.count > 1) {
                 let numbers = (&wave.light_numbers, index, bsdf_numbers.roulette());
                 self.sample_candidates::<T>(from, &surface, numbers, &mut wave.shadows, record);
             } else {
@@ -345,11 +348,15 @@ impl Walker<'_> {
             return end(path, "the bsdf sample carries no energy", record);
         };
         path.throughput *= sample.weight;
-        path.eta_squared *= sample.eta * sample.eta;
+        if Feature::Transmission.is_built() {
+            path.eta_squared *= sample.eta * sample.eta;
+        }
         path.segment = match sample.pdf {
-            Some(pdf) => Segment::Smooth { pdf, from: surface.p(), n: receiving_normal(surface) },
-            None => {
-                if sample.wi == -wo {
+            Some(pdf) if Feature::Mis.is_built() => {
+                Segment::Smooth { pdf, from: surface.p(), n: receiving_normal(surface) }
+            }
+            pdf => {
+                if Feature::Aovs.is_built() && pdf.is_none() && sample.wi == -wo {
                     // Straight through: as if there were nothing, as far as alpha goes.
                     path.met = met;
                 }
@@ -381,7 +388,8 @@ impl Walker<'_> {
             return record.event(Event::Scattered { throughput: before, survival: 1.0, delta });
         }
         // η² undoes the compression of radiance in dense media, which is no loss of energy (Veach 1997, section 5.2).
-        let survival = attainable(min((before * path.carried).max_component() * path.eta_squared, MAX_SURVIVAL));
+        let whole = if Feature::Sharing.is_built() { before * path.carried } else { before };
+        let survival = attainable(min(whole.max_component() * path.eta_squared, MAX_SURVIVAL));
         record.event(Event::Scattered { throughput: before * path.carried, survival, delta });
         if !(u.roulette() < survival) {
             return end(path, "roulette", record);
@@ -397,6 +405,9 @@ impl Walker<'_> {
         }
         // What no light could have been sampled for is not weighed against it.
         let n = if let Segment::Smooth { n, .. } = path.segment { n } else { Vec3::ZERO };
+        if !Feature::Environment.is_built() {
+            return;
+        }
         for index in self.scene.infinite_lights.iter().map(|i| *i as usize) {
             let (radiance, pdf) = match &self.scene.lights[index] {
                 Light::Constant(light) => (light.radiance, light.pdf(path.ray.d, n, T::COMBINES)),
@@ -418,8 +429,11 @@ impl Walker<'_> {
         hit: Hit,
         record: &mut impl Record,
     ) {
+        has(Feature::Mis, surface.light.is_some());
         let Some(index) = surface.light.map(|i| i as usize) else { return };
-        match &self.scene.lights[index] {
+        let light = &self.scene.lights[index];
+        has(Feature::Textures, matches!(light, Light::Varying(_)));
+        match light {
             Light::Area(light) => {
                 let radiance = light.emitted(surface.point.n, surface.wo);
                 if !radiance.is_black() {
@@ -468,7 +482,8 @@ impl Walker<'_> {
                 let light = match T::SAMPLES_LIGHTS {
                     true => {
                         // As many as there are candidates could have found it.
-                        let samples = if path.depth == 2 { self.candidates.count as f32 } else { 1.0 };
+                        let several = Feature::Candidates.is_built() && path.depth == 2;
+                        let samples = if several { self.candidates.count as f32 } else { 1.0 };
                         pdf(from, n) * (self.scene.light_sampler.pmf(index, receiver) * samples)
                     }
                     false => SolidAnglePdf(0.0),

@@ -20,6 +20,7 @@ pub use surface::Surface;
 
 use crate::accel::{Accel, Hit};
 use crate::camera::Camera;
+use crate::facts::{Feature, has};
 use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::light::{Light, LightSampler};
 use crate::material::{Graph, Layer, Material, Place, Scatter};
@@ -130,15 +131,20 @@ impl Scene {
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
         let appearance = self.appearances[hit.shape as usize];
-        let material = match &self.materials[appearance.material as usize] {
+        let material = &self.materials[appearance.material as usize];
+        has(Feature::Textures, matches!(material, Material::Varying(_)));
+        let material = match material {
             Material::Plain(sides) => sides,
             Material::Varying(graph) => return self.varying_surface(ray, hit, met(), graph, layers),
         };
+        has(Feature::Quadrics, self.shapes[hit.shape as usize].is_quadric());
+        has(Feature::Instances, matches!(self.shapes[hit.shape as usize], Shape::Placed(_)));
         // Twice the same: a point that came from either would have to be put into memory, and read too soon after.
         let mut surface = match &self.shapes[hit.shape as usize] {
             Shape::Mesh(mesh) => Surface::new(mesh.meet(ray, hit.primitive), -ray.d, material, appearance.light),
             quadric => Surface::new(quadric.meet(ray, hit.primitive), -ray.d, material, appearance.light),
         };
+        has(Feature::Tangents, appearance.tangents.is_some());
         if let Some(field) = appearance.tangents {
             surface.frame = self.anisotropic_frame(field, hit.primitive, surface.frame.n, surface.point);
         }
@@ -214,7 +220,7 @@ impl Scene {
     /// Whether something absorbs light inside of it.
     #[inline(always)]
     pub fn absorbs(&self) -> bool {
-        !self.absorption.is_empty()
+        has(Feature::Volumes, !self.absorption.is_empty())
     }
 
     /// The largest radiance of any light ([`Light::brightest`]).
