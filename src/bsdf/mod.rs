@@ -254,9 +254,17 @@ impl Bsdf {
     }
 
     /// Its lobes.
-    #[inline]
+    #[inline(always)]
     pub fn lobes(&self) -> Lobes {
-        has(Feature::Transmission, self.always_transmits());
+        match self {
+            Self::Diffuse(b) => b.lobes(),
+            other => other.lobes_apart(),
+        }
+    }
+
+    /// See [`Self::eval_pdf_apart`].
+    #[inline]
+    fn lobes_apart(&self) -> Lobes {
         each!(self, b => b.lobes())
     }
 }

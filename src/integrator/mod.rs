@@ -25,6 +25,7 @@ pub mod record;
 mod reuse;
 mod technique;
 mod trial;
+pub mod variant;
 mod wave;
 
 pub use direct::MOST_CANDIDATES;
@@ -42,6 +43,7 @@ use crate::spectrum::Rgb;
 use aov::{AovSink, Aovs, Sink};
 use record::Record;
 use std::ops::Range;
+use variant::Of;
 
 /// The estimators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +62,7 @@ impl Estimator {
     /// Whether it samples lights: those that do not never find a light without size.
     pub fn samples_lights(self) -> bool {
         match self {
-            Self::Path => path::Path::SAMPLES_LIGHTS,
+            Self::Path => <path::Path>::SAMPLES_LIGHTS,
             Self::Nee => nee::Nee::SAMPLES_LIGHTS,
             Self::Bsdf => bsdf::BsdfSampling::SAMPLES_LIGHTS,
             Self::Naive => naive::Naive::SAMPLES_LIGHTS,
@@ -178,12 +180,12 @@ impl Integrator {
         self.walk(scene, sampler, group.into_iter(), &mut only, &mut counts, &mut |_: SampleId, _: Rgb| {});
     }
 
-    fn walk(
+    fn walk<R: Record>(
         &self,
         scene: &Scene,
         sampler: &Sampler,
         ids: impl Iterator<Item = SampleId>,
-        record: &mut impl Record,
+        record: &mut R,
         counts: &mut RayCounts,
         sink: &mut impl Sink,
     ) {
@@ -193,7 +195,14 @@ impl Integrator {
         let candidates = direct::Candidates::new(count, sampler.kind);
         let walker = wave::Walker { scene, sampler, limits: self, candidates, level: crate::math::simd::level() };
         match self.estimator {
-            Estimator::Path => walker.run::<path::Path, _>(ids, record, counts, sink),
+            // Who listens has time.
+            Estimator::Path if R::LISTENS => walker.run::<path::Path, _>(ids, record, counts, sink),
+            Estimator::Path => match variant::needs(&scene.features) {
+                (false, false) => walker.run::<path::Path<Of<false, false>>, _>(ids, record, counts, sink),
+                (false, true) => walker.run::<path::Path<Of<false, true>>, _>(ids, record, counts, sink),
+                (true, false) => walker.run::<path::Path<Of<true, false>>, _>(ids, record, counts, sink),
+                (true, true) => walker.run::<path::Path, _>(ids, record, counts, sink),
+            },
             Estimator::Nee => walker.run::<nee::Nee, _>(ids, record, counts, sink),
             Estimator::Bsdf => walker.run::<bsdf::BsdfSampling, _>(ids, record, counts, sink),
             Estimator::Naive => walker.run::<naive::Naive, _>(ids, record, counts, sink),

@@ -16,6 +16,7 @@ use super::path_state::{NOTHING_INSIDE, PathState, Segment};
 use super::record::{Event, Record};
 use super::reuse::{Group, Reuse};
 use super::technique::Technique;
+use super::variant::Variant;
 use crate::accel::{Hit, Start};
 use crate::camera::Camera;
 use crate::facts::{Feature, has};
@@ -216,7 +217,7 @@ impl Walker<'_> {
         let streams = wave.active.iter().map(|&i| wave.paths[i as usize].stream);
         wave.bsdf_numbers.fill_bsdf(vertex, streams.clone());
         if T::SAMPLES_LIGHTS && !self.scene.lights.is_empty() {
-            let choice = has(Feature::LightChoice, self.scene.lights.len() > 1);
+            let choice = T::Variant::ANY_LIGHTS && has(Feature::LightChoice, self.scene.lights.len() > 1);
             if vertex == 0 && has(Feature::Candidates, self.candidates.count > 1) {
                 let Wave { paths, active, light_numbers, .. } = wave;
                 let stream = |i: usize| paths[active[i] as usize].stream;
@@ -261,7 +262,7 @@ impl Walker<'_> {
 
     /// One vertex of every path.
     fn advance_all<T: Technique>(&self, wave: &mut Wave, record: &mut impl Record) {
-        let looks_ahead = self.scene.looks_ahead();
+        let looks_ahead = T::Variant::ANY_MATERIALS && self.scene.looks_ahead();
         with_avx2(
             self.level,
             #[inline(always)]
@@ -291,7 +292,7 @@ impl Walker<'_> {
         record.at(|| path.id);
         record.event(Event::Traced { vertex: path.depth, ray: path.ray, hit });
         if !hit.is_some() {
-            if self.scene.absorbs() {
+            if self.absorbs::<T>() {
                 self.absorb_for_ever(path);
             }
             self.find_sky::<T>(path, record);
@@ -303,8 +304,11 @@ impl Walker<'_> {
             return end(path, "the depth limit", record);
         }
         let looked_at = || wave.ahead.met(index % AHEAD);
-        let surface = self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers);
-        if self.scene.absorbs() {
+        let surface = match T::Variant::ANY_MATERIALS {
+            true => self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers),
+            false => self.scene.plain_surface(&path.ray, hit),
+        };
+        if self.absorbs::<T>() {
             self.absorb(path, &surface, hit);
         }
         // Light that the path ran into, weighted against sampling it.
@@ -333,6 +337,12 @@ impl Walker<'_> {
         self.go_on::<T>(path, &surface, (hit, met), bsdf_numbers, record);
     }
 
+    /// Whether something absorbs light inside of it.
+    #[inline(always)]
+    pub(super) fn absorbs<T: Technique>(&self) -> bool {
+        T::Variant::ANY_MATERIALS && self.scene.absorbs()
+    }
+
     /// Sends a path on from a surface by its bsdf, or ends it. It had `met` something before.
     #[inline(always)]
     fn go_on<T: Technique>(
@@ -348,12 +358,12 @@ impl Walker<'_> {
             return end(path, "the bsdf sample carries no energy", record);
         };
         path.throughput *= sample.weight;
-        if Feature::Transmission.is_built() {
+        if T::Variant::ANY_MATERIALS && Feature::Transmission.is_built() {
             path.eta_squared *= sample.eta * sample.eta;
         }
         path.segment = match sample.pdf {
             Some(pdf) if Feature::Mis.is_built() => {
-                Segment::Smooth { pdf, from: surface.p(), n: receiving_normal(surface) }
+                Segment::Smooth { pdf, from: surface.p(), n: receiving_normal::<T>(surface) }
             }
             pdf => {
                 if Feature::Aovs.is_built() && pdf.is_none() && sample.wi == -wo {
@@ -365,15 +375,15 @@ impl Walker<'_> {
         };
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));
         path.from = hit;
-        if self.scene.absorbs() {
+        if self.absorbs::<T>() {
             path.inside = self.inside_towards(path, surface, hit, &{ path.ray.d });
         }
-        self.roulette(path, &uniforms, record);
+        self.roulette::<T>(path, &uniforms, record);
     }
 
     /// Ends a path at random, the more likely the less it carries, and makes up for it in those that survive.
     #[inline(always)]
-    fn roulette(&self, path: &mut PathState, u: &BsdfUniforms, record: &mut impl Record) {
+    fn roulette<T: Technique>(&self, path: &mut PathState, u: &BsdfUniforms, record: &mut impl Record) {
         let before = path.throughput;
         if before.is_black() {
             return end(path, "nothing is carried on", record);
@@ -389,7 +399,8 @@ impl Walker<'_> {
         }
         // η² undoes the compression of radiance in dense media, which is no loss of energy (Veach 1997, section 5.2).
         let whole = if Feature::Sharing.is_built() { before * path.carried } else { before };
-        let survival = attainable(min(whole.max_component() * path.eta_squared, MAX_SURVIVAL));
+        let eta_squared = if T::Variant::ANY_MATERIALS { path.eta_squared } else { 1.0 };
+        let survival = attainable(min(whole.max_component() * eta_squared, MAX_SURVIVAL));
         record.event(Event::Scattered { throughput: before * path.carried, survival, delta });
         if !(u.roulette() < survival) {
             return end(path, "roulette", record);
@@ -405,7 +416,7 @@ impl Walker<'_> {
         }
         // What no light could have been sampled for is not weighed against it.
         let n = if let Segment::Smooth { n, .. } = path.segment { n } else { Vec3::ZERO };
-        if !Feature::Environment.is_built() {
+        if !(T::Variant::ANY_LIGHTS && Feature::Environment.is_built()) {
             return;
         }
         for index in self.scene.infinite_lights.iter().map(|i| *i as usize) {
@@ -484,7 +495,11 @@ impl Walker<'_> {
                         // As many as there are candidates could have found it.
                         let several = Feature::Candidates.is_built() && path.depth == 2;
                         let samples = if several { self.candidates.count as f32 } else { 1.0 };
-                        pdf(from, n) * (self.scene.light_sampler.pmf(index, receiver) * samples)
+                        let pmf = match T::Variant::ANY_LIGHTS {
+                            true => self.scene.light_sampler.pmf(index, receiver),
+                            false => 1.0,
+                        };
+                        pdf(from, n) * (pmf * samples)
                     }
                     false => SolidAnglePdf(0.0),
                 };

@@ -23,7 +23,7 @@ use crate::camera::Camera;
 use crate::facts::{Feature, has};
 use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::light::{Light, LightSampler};
-use crate::material::{Graph, Layer, Material, Place, Scatter};
+use crate::material::{Graph, Layer, Material, Place, Scatter, Sides};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -137,18 +137,35 @@ impl Scene {
             Material::Plain(sides) => sides,
             Material::Varying(graph) => return self.varying_surface(ray, hit, met(), graph, layers),
         };
-        has(Feature::Quadrics, self.shapes[hit.shape as usize].is_quadric());
-        has(Feature::Instances, matches!(self.shapes[hit.shape as usize], Shape::Placed(_)));
-        // Twice the same: a point that came from either would have to be put into memory, and read too soon after.
-        let mut surface = match &self.shapes[hit.shape as usize] {
-            Shape::Mesh(mesh) => Surface::new(mesh.meet(ray, hit.primitive), -ray.d, material, appearance.light),
-            quadric => Surface::new(quadric.meet(ray, hit.primitive), -ray.d, material, appearance.light),
-        };
+        let mut surface = self.surface_of(ray, hit, appearance, material);
         has(Feature::Tangents, appearance.tangents.is_some());
         if let Some(field) = appearance.tangents {
             surface.frame = self.anisotropic_frame(field, hit.primitive, surface.frame.n, surface.point);
         }
         surface
+    }
+
+    /// The same in a scene none of whose materials is worked out at each point or depends on tangents, so that nothing of that is
+    /// here.
+    #[inline(always)]
+    pub fn plain_surface(&self, ray: &Ray, hit: Hit) -> Surface<'_> {
+        let appearance = self.appearances[hit.shape as usize];
+        match &self.materials[appearance.material as usize] {
+            Material::Plain(sides) => self.surface_of(ray, hit, appearance, sides),
+            Material::Varying(_) => unreachable!("the scene has no material that varies"),
+        }
+    }
+
+    #[inline(always)]
+    fn surface_of<'a>(&'a self, ray: &Ray, hit: Hit, appearance: Appearance, material: &'a Sides) -> Surface<'a> {
+        let shape = &self.shapes[hit.shape as usize];
+        has(Feature::Quadrics, shape.is_quadric());
+        has(Feature::Instances, matches!(shape, Shape::Placed(_)));
+        // Twice the same: a point that came from either would have to be put into memory, and read too soon after.
+        match shape {
+            Shape::Mesh(mesh) => Surface::new(mesh.meet(ray, hit.primitive), -ray.d, material, appearance.light),
+            quadric => Surface::new(quadric.meet(ray, hit.primitive), -ray.d, material, appearance.light),
+        }
     }
 
     /// A surface whose material is worked out for the point: not inlined, as most scenes have none.
