@@ -197,6 +197,8 @@ fn lights_are_folded() {
         let told = info(&desk, &room("", black));
         assert_told(&told, &[": the light is black: it is none\n", "choice       the only one\n"]);
     }
+    let many = r#"<emitter type="point"><rgb name="intensity" value="0"/></emitter>"#.repeat(20);
+    assert_told(&info(&desk, &room("", &many)), &["folded       ... and 4 things more\n"]);
 }
 
 /// A surface that is not there is left out where nobody can tell, and stays with the reason where one could.
@@ -287,32 +289,45 @@ fn info_tells_which_code_a_scene_gets() {
         &told,
         &[
             "has          lights with size, triangles\n",
-            "has no       vertex normals, delta lobes, transmission, volumes, anisotropy, varying materials, masks, several lights, ",
-            "saved        without vertex normals: ",
-            "saved        without varying materials: every bsdf is ready before the render",
-            "saved        without several lights: ",
-            "saved        without a lens: ",
-            "code         estimator path, nothing beside radiance, hits looked at one by one, for ",
+            "has no       vertex normals, delta lobes, transmission, volumes, anisotropy, varying materials, masks, ",
+            "saved        without vertex normals: a triangle's normal is that of its plane, nothing is interpolated\n",
+            "saved        without transmission: lights are chosen for one side of every surface\n",
+            "saved        without volumes: paths are inside of nothing, no exponentials\n",
+            "saved        without anisotropy: no tangents are kept or looked up\n",
+            "saved        without varying materials: every bsdf is ready before the render: no layers, no texture \
+             coordinates, nothing looked up ahead\n",
+            "saved        without masks: no layer lets light straight through\n",
+            "saved        without several lights: no choice, one uniform number less at a vertex\n",
+            "saved        without a sky: what meets nothing ends\n",
+            "saved        without instances: no second tree, no ray is moved to another space\n",
+            "saved        without quadrics: no tree beside that of the triangles\n",
+            "saved        without a lens: two uniform numbers less a path\n",
+            "code         estimator path for plain materials and one lamp at most, nothing beside radiance, hits looked \
+             at one by one, vector instructions ",
         ],
     );
-    let ball = r#"<shape type="sphere"><bsdf type="mask"><bsdf type="dielectric"/></bsdf></shape><emitter type="directional"/>"#;
-    let told = info(&desk, &room("", ball));
+    let ball = r#"<shape type="sphere"><bsdf type="mask"><bsdf type="dielectric"/></bsdf></shape>
+        <emitter type="directional"/>"#;
     assert_told(
-        &told,
+        &info(&desk, &room("", ball)),
         &[
-            "has          delta lobes, transmission, varying materials, masks, several lights, lights with size, lights without size, quadrics, triangles\n",
+            "has          delta lobes, transmission, varying materials, masks, several lights, lights with size, lights \
+             without size, quadrics, triangles\n",
+            "code         estimator path for any materials and any lights, ",
         ],
     );
     let alpha = scene_text("").replace("<rfilter", r#"<string name="pixel_format" value="rgba"/><rfilter"#);
-    let told = info(&desk, &alpha);
     assert_told(
-        &told,
+        &info(&desk, &alpha),
         &[
-            "estimator path, quantities beside radiance, ",
-            "saved        without triangles: ",
-            "saved        without lights with size: ",
+            " and one lamp at most, quantities beside radiance, ",
+            "saved        without triangles: no tree beside that of the quadrics\n",
+            "saved        without lights with size: no path can run into a light: nothing is weighed against that\n",
         ],
     );
     let checkers = wall(r#"<bsdf type="diffuse"><texture name="reflectance" type="checkerboard"/></bsdf>"#);
-    assert_told(&info(&desk, &room("", &checkers)), &["hits looked at ahead"]);
+    assert_told(
+        &info(&desk, &room("", &checkers)),
+        &["code         estimator path for any materials and one lamp at most, ", "hits looked at ahead"],
+    );
 }

@@ -17,7 +17,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::sync::Arc;
 
-/// Lights whose power is listed one by one.
+/// Lights whose power, and things folded, that are listed one by one.
 const MAX_LISTED: usize = 16;
 
 /// Reads and compiles the scene, and prints what it found.
@@ -71,8 +71,11 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
         line("saved", saved);
     }
     line("code", code::variant(scene, i));
-    for folded in &p.folded {
+    for folded in p.folded.iter().take(MAX_LISTED) {
         line("folded", folded.clone());
+    }
+    if p.folded.len() > MAX_LISTED {
+        line("folded", format!("... and {} things more", p.folded.len() - MAX_LISTED));
     }
     let c = scene.centre;
     line("space", format!("centre ({}, {}, {}), lengths × 2^{}", c.x, c.y, c.z, libm::log2(scene.unit)));

@@ -1,6 +1,7 @@
 //! What of a scene the code that renders it depends on, and what it is spared.
 
 use crate::description::{Integrator, IntegratorKind};
+use crate::integrator::variant::needs;
 use crate::scene::{Features, Scene};
 
 /// Something that not every scene has, and what is not done where it is not there.
@@ -66,7 +67,12 @@ pub(super) fn variant(scene: &Scene, integrator: &Integrator) -> String {
     } else {
         "quantities beside radiance"
     };
+    let (any_materials, any_lights) = needs(&scene.features);
+    let materials = if any_materials { "any" } else { "plain" };
+    let lights = if any_lights { "any lights" } else { "one lamp at most" };
     let looks = if scene.looks_ahead() { "hits looked at ahead" } else { "hits looked at one by one" };
     let simd = crate::math::simd::name(crate::math::simd::level());
-    format!("estimator {technique}, {beside}, {looks}, for {simd}")
+    format!(
+        "estimator {technique} for {materials} materials and {lights}, {beside}, {looks}, vector instructions {simd}"
+    )
 }
