@@ -14,6 +14,7 @@ pub mod check;
 pub mod cli;
 pub mod description;
 pub mod error;
+pub mod error_estimate;
 pub mod facts;
 pub mod files;
 pub mod film;

@@ -16,10 +16,7 @@ use snell::integrator::record::Event;
 use snell::render::{Progress, RenderSettings, render_with};
 use snell::scene::Scene;
 
-/// Samples of a pixel before its later half.
-const LATER_FROM: u32 = 40;
-
-const ALL: [Quantity; 13] = [
+const ALL: [Quantity; 11] = [
     Quantity::Albedo,
     Quantity::DiffuseReflectance,
     Quantity::Normal,
@@ -31,8 +28,6 @@ const ALL: [Quantity; 13] = [
     Quantity::Radiance,
     Quantity::Xyz,
     Quantity::Alpha,
-    Quantity::LaterRadiance,
-    Quantity::Later,
 ];
 
 const NUMBERS: [Number; 3] = [
@@ -49,7 +44,6 @@ fn everything() -> Aovs {
         numbers: NUMBERS.to_vec(),
         sample_counts: true,
         sky_counts: true,
-        later_from: LATER_FROM,
         looked_at: u32::MAX,
     }
 }
@@ -135,8 +129,6 @@ fn a_plane_at_known_depth() {
         assert_eq!(of(Quantity::Albedo)[i], [0.25; 3]);
         assert_eq!(of(Quantity::DiffuseReflectance)[i], [0.25; 3]);
         assert_eq!(of(Quantity::Alpha)[i][0], 1.0);
-        // 24 of 64 samples are the later half.
-        assert_eq!(of(Quantity::Later)[i][0], 0.375);
     }
     assert_eq!(film.sample_counts(), [64; (N * N) as usize]);
 }

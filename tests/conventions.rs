@@ -11,7 +11,7 @@ const ROWS: [&[&str]; 10] = [
     &["sampling", "sampler", "image", "parameter"],
     &["description"],
     &["loader", "bsdf", "camera", "film", "shape", "texture"],
-    &["light", "accel", "material"],
+    &["light", "accel", "material", "error_estimate"],
     &["scene"],
     &["integrator"],
     &["render"],

@@ -20,10 +20,10 @@ fn renders_that_share_a_progress_count_their_own_work() {
     let pixels = Area::from(scene.film.crop).pixels();
     for round in 1..=2 {
         let rendered = render(&scene, &settings, &pool, &progress);
-        assert!(rendered.complete && rendered.samples == 2 * pixels, "{} samples", rendered.samples);
+        assert!(rendered.is_complete() && rendered.samples == 2 * pixels, "{} samples", rendered.samples);
         assert_eq!(progress.samples(), 2 * pixels * round);
     }
     progress.cancel();
     let cancelled = render(&scene, &settings, &pool, &progress);
-    assert!(!cancelled.complete && cancelled.samples == 0);
+    assert!(!cancelled.is_complete() && cancelled.samples == 0);
 }

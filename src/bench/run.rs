@@ -134,7 +134,7 @@ pub fn rendered(
     settings.sampler.kind = settings.sampler.kind.for_samples(samples).unwrap_or(SamplerKind::Sobol);
     let (result, took) = timed(|| {
         let rendered = render(scene, &settings, stage.pool, stage.progress);
-        rendered.complete.then(|| rendered.film.develop())
+        rendered.is_complete().then(|| rendered.film.develop())
     });
     result.map(|picture| (picture, took)).ok_or(Interrupted)
 }

@@ -1,9 +1,9 @@
 //! What is written beside the picture: by `--aov`, by the scene's integrators, by the film's pixel format.
 
 use super::args::AovName;
-use super::error_estimate;
 use crate::description::{self, AovKind};
 use crate::error::{Error, Result};
+use crate::error_estimate::Estimates;
 use crate::film::Film;
 use crate::image::{Picture, PixelFormat, Plane, PlaneValues};
 use crate::integrator::aov::{Aov, Aovs, Index, Number, Quantity};
@@ -28,8 +28,8 @@ enum Source {
     Number(usize),
     /// The count of samples.
     Samples,
-    /// A channel of the estimated error, for which the film has the means of [`error_estimate`] from this on.
-    Error { later: usize, channel: usize },
+    /// A channel of the estimated error.
+    Error(usize),
 }
 
 /// Everything beside the picture.
@@ -56,13 +56,12 @@ impl Channels {
         self.alpha.map(|index| film.means(index).into_iter().map(saturate_to_f32).collect())
     }
 
-    /// The channels beside the picture.
-    pub(super) fn planes(&self, film: &Film, picture: &Picture) -> Vec<Plane> {
-        let error = self.named.iter().find_map(|(_, source)| match *source {
-            Source::Error { later, .. } => Some(error_estimate::planes(film, picture, later)),
-            _ => None,
-        });
-        let error = error.unwrap_or_default();
+    /// The channels beside the picture; of a picture of which no error is known, that is as large as the picture.
+    pub(super) fn planes(&self, film: &Film, picture: &Picture, estimates: Option<&Estimates>) -> Vec<Plane> {
+        let error = |channel: usize| match estimates {
+            Some(estimates) => estimates.standard_errors(channel),
+            None => picture.pixels().iter().map(|colour| colour.0[channel].abs()).collect(),
+        };
         let plane = |(name, source): &(String, Source)| {
             let values = match *source {
                 Source::Mean { index, exponent, is_colour, part } => {
@@ -77,7 +76,7 @@ impl Channels {
                 }
                 Source::Number(index) => PlaneValues::Whole(film.numbers(index)),
                 Source::Samples => PlaneValues::Whole(film.sample_counts()),
-                Source::Error { channel, .. } => PlaneValues::Colour(error[channel].clone()),
+                Source::Error(channel) => PlaneValues::Colour(error(channel)),
             };
             Plane { name: name.clone(), values }
         };
@@ -90,7 +89,7 @@ impl Channels {
             Source::Mean { index, part, .. } => index < means && part.is_none_or(|part| part < means),
             Source::Number(index) => index < numbers,
             Source::Samples => true,
-            Source::Error { later, channel } => later.checked_add(3).is_some_and(|last| last < means) && channel < 3,
+            Source::Error(channel) => channel < 3,
         };
         let mut seen = BTreeSet::new();
         let is_named = |name: &str| !name.is_empty() && name.chars().all(|c| c.is_ascii_graphic() || c == ' ');
@@ -144,10 +143,9 @@ impl Beside {
         Ok(beside)
     }
 
-    /// Says whether a sky that is seen counts for alpha, and how many samples a pixel gets.
-    pub(super) fn tell(&mut self, sky_counts: bool, samples: u32) {
+    /// Says whether a sky that is seen counts for alpha.
+    pub(super) fn tell(&mut self, sky_counts: bool) {
         self.aovs.sky_counts = sky_counts;
-        self.aovs.later_from = samples.div_ceil(2);
     }
 
     /// Has surfaces looked at for the first `count` samples of each pixel only, if that is not all of them.
@@ -218,10 +216,7 @@ impl Beside {
     }
 
     fn add_error(&mut self) {
-        let later = self.components();
-        let means = [Quantity::LaterRadiance, Quantity::Later].map(|quantity| Aov { quantity, squared: false });
-        self.aovs.means.extend(means);
-        let channel = |(channel, end)| (format!("error.{end}"), Source::Error { later, channel });
+        let channel = |(channel, end)| (format!("error.{end}"), Source::Error(channel));
         self.channels.named.extend(["R", "G", "B"].into_iter().enumerate().map(channel));
     }
 

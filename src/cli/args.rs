@@ -2,10 +2,12 @@
 
 mod beside;
 mod bias;
+mod goal;
 mod keep;
 
 pub(super) use beside::BesideArgs;
 pub(super) use bias::BiasArgs;
+pub(super) use goal::GoalArgs;
 pub(super) use keep::{KeepArgs, MergeArgs, Shard};
 
 use crate::accel::{Accelerator, Quality};
@@ -271,6 +273,8 @@ pub(super) struct RenderArgs {
     /// Samples per pixel, in place of the file's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) spp: Option<u32>,
+    #[command(flatten)]
+    pub(super) goal: GoalArgs,
     /// How to estimate, in place of the file's. All converge to the same picture, but for `direct`, which ends paths
     /// after one bounce.
     #[arg(long, value_enum)]

@@ -2,11 +2,12 @@
 
 use super::aov::Channels;
 use crate::error::Error;
+use crate::error_estimate::{Estimates, PictureError};
 use crate::film::Film;
 use crate::image::{
     ComponentFormat, Crop, Layers, Metadata, OutputFile, Picture, PixelFormat, Plane, WriteOptions, sums_file,
 };
-use crate::render::{Rendered, State};
+use crate::render::{Ended, Rendered, State};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -37,8 +38,22 @@ pub(super) struct Outcome {
     /// Samples left out.
     pub(super) non_finite: u64,
     pub(super) oversized: u64,
-    /// Whether every sample was taken.
+    /// Whether it ended by itself.
     pub(super) complete: bool,
+    /// Why it ended, if that is known.
+    pub(super) ended: Option<Ended>,
+    /// What is known of its error, and with which confidence.
+    pub(super) error: Option<(PictureError, f64)>,
+}
+
+/// Why a render ended, in a word.
+pub(super) fn ended_text(ended: Ended) -> &'static str {
+    match ended {
+        Ended::Samples => "samples",
+        Ended::Time => "time",
+        Ended::Error => "error",
+        Ended::Stopped => "interrupted",
+    }
 }
 
 impl Outcome {
@@ -51,17 +66,21 @@ impl Outcome {
             non_finite: dropped.non_finite(),
             oversized: dropped.oversized,
             complete,
+            ended: None,
+            error: None,
         }
     }
 
-    /// That of a render that has ended.
-    pub(super) fn of(rendered: &Rendered, pixels: u64) -> Self {
+    /// That of a render that has ended, with what is known of its error and how certain that is.
+    pub(super) fn of(rendered: &Rendered, pixels: u64, error: Option<(PictureError, f64)>) -> Self {
         Self {
             samples: rendered.samples as f64 / pixels as f64,
             seconds: rendered.time.as_secs_f64(),
             non_finite: rendered.dropped.non_finite(),
             oversized: rendered.dropped.oversized,
-            complete: rendered.complete,
+            complete: rendered.is_complete(),
+            ended: Some(rendered.ended),
+            error,
         }
     }
 
@@ -73,6 +92,8 @@ impl Outcome {
             non_finite: self.non_finite.saturating_add(o.non_finite),
             oversized: self.oversized.saturating_add(o.oversized),
             complete: self.complete && o.complete,
+            ended: None,
+            error: None,
         }
     }
 }
@@ -86,14 +107,24 @@ impl Finish {
 
     /// What the files say of themselves.
     fn metadata(&self, outcome: &Outcome) -> Metadata {
-        let numbers = vec![
+        let mut numbers = vec![
             ("snell.samples", outcome.samples),
             ("snell.seconds", outcome.seconds),
             ("snell.nonFiniteSamples", outcome.non_finite as f64),
             ("snell.oversizedSamples", outcome.oversized as f64),
         ];
+        if let Some((PictureError { error, interval, tail, .. }, confidence)) = outcome.error {
+            numbers.extend([
+                ("snell.estimatedError", error),
+                ("snell.estimatedErrorLow", interval.low),
+                ("snell.estimatedErrorHigh", interval.high),
+                ("snell.confidence", confidence),
+                ("snell.tailIndex", tail),
+            ]);
+        }
         let complete = ("snell.complete".to_owned(), if outcome.complete { "yes" } else { "no" }.to_owned());
-        let texts = self.about.iter().map(|(name, text)| (name.clone(), text.clone())).chain([complete]);
+        let ended = outcome.ended.map(|ended| ("snell.endedBy".to_owned(), ended_text(ended).to_owned()));
+        let texts = self.about.iter().map(|(name, text)| (name.clone(), text.clone())).chain([complete]).chain(ended);
         Metadata { numbers, texts: texts.collect() }
     }
 
@@ -102,13 +133,14 @@ impl Finish {
     pub(super) fn develop<T>(
         &self,
         film: &Film,
+        estimates: Option<&Estimates>,
         outcome: &Outcome,
         exposure: f32,
         sealed: Option<(String, Vec<Plane>)>,
         write: impl FnOnce(Layers<'_>, &WriteOptions) -> T,
     ) -> T {
         let (picture, alpha): (Picture, _) = (film.develop(), self.channels.alpha(film));
-        let mut planes = self.channels.planes(film, &picture);
+        let mut planes = self.channels.planes(film, &picture, estimates);
         let mut metadata = self.metadata(outcome);
         if let Some((record, sums)) = sealed {
             planes.extend(sums);

@@ -6,6 +6,7 @@ use super::prepare::Prepared;
 use super::record::Identity;
 use crate::error::{Error, Result};
 use crate::render::RenderSettings;
+use crate::sampler::MOST_OF_RUN;
 use rayon::ThreadPool;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::collections::BTreeMap;
@@ -36,7 +37,8 @@ fn by_name(
     let defines: Vec<String> = scene.define.iter().map(|(name, value)| format!("{name}={value}")).collect();
     let name = scene.scene.file_name().unwrap_or_default().to_string_lossy();
     let crop = film.crop;
-    let named: [(&str, String); 22] = [
+    let is_open = settings.samples == MOST_OF_RUN;
+    let named: [(&str, String); 23] = [
         ("version", env!("CARGO_PKG_VERSION").into()),
         ("scene", name.into_owned()),
         ("parameters", if defines.is_empty() { "none".into() } else { defines.join(" ") }),
@@ -47,7 +49,8 @@ fn by_name(
         ("crop", format!("{},{},{},{}", crop.x, crop.y, crop.width, crop.height)),
         ("filter", format!("{:?}", film.filter)),
         ("sample border", film.sample_border.to_string()),
-        ("spp", settings.samples.to_string()),
+        ("spp", if is_open { "no limit".into() } else { settings.samples.to_string() }),
+        ("ends by time", args.goal.time.is_some().to_string()),
         ("sampler", format!("{:?}", settings.sampler.kind)),
         ("seed", settings.sampler.seed.to_string()),
         ("integrator", format!("{:?}", integrator.estimator)),

@@ -76,7 +76,9 @@ impl<'a> Keeper<'a> {
         let outcome = Outcome::new(state, complete, self.kept.sampled_pixels);
         let sealed = Some(self.kept.sealed(state, complete));
         let finish = self.kept.finish.picture_only();
-        finish.develop(&state.film, &outcome, 0.0, sealed, |layers, options| file.write(layers, options)).map(drop)
+        finish
+            .develop(&state.film, None, &outcome, 0.0, sealed, |layers, options| file.write(layers, options))
+            .map(drop)
     }
 
     /// Keeps the session again and again until `stopped`; where that fails, what was kept before stays, and it is tried again.

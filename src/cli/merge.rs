@@ -5,10 +5,14 @@ use super::finish;
 use super::record::Record;
 use super::render::reserve_pictures;
 use crate::error::{Error, Result};
+use crate::error_estimate::Estimates;
 use crate::render::State;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// How certain the interval of the picture's error is, as by default in a render.
+const CONFIDENCE: f64 = 0.95;
 
 /// One part.
 struct Part {
@@ -45,7 +49,9 @@ pub(super) fn run(args: &MergeArgs, command: &str) -> Result<ExitCode> {
     }
     record.finish.about.insert("snell.command".into(), command.into());
     let mut failures = Vec::new();
-    record.finish.develop(&film, &outcome, args.exposure, None, |layers, options| {
+    let estimates = film.has_parts().then(|| Estimates::from_halves(&film));
+    outcome.error = estimates.as_ref().map(|estimates| (estimates.whole(CONFIDENCE), CONFIDENCE));
+    record.finish.develop(&film, estimates.as_ref(), &outcome, args.exposure, None, |layers, options| {
         finish::write(layers, options, pictures, &say, &mut failures)
     });
     finish::last_of(failures).map(|()| ExitCode::SUCCESS)

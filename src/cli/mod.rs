@@ -7,8 +7,8 @@ mod args;
 mod bench;
 mod check;
 mod diff;
-mod error_estimate;
 mod finish;
+mod goal;
 mod identity;
 mod info;
 mod interrupt;
@@ -31,7 +31,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// A comparison failed, or a reference was too noisy for what was to be measured.
+/// A comparison failed, a reference was too noisy for what was to be measured, or a render ended short of its target.
 const EXIT_FAILED: u8 = 1;
 /// Bad usage or bad input.
 const EXIT_USAGE: u8 = 2;
@@ -53,7 +53,7 @@ fn shell_line(words: &[OsString]) -> String {
 /// Fails, with the reason, where record and sums do not fit together.
 pub fn check_sums(sums: &Sums) -> Result<(), String> {
     let (record, state) = Record::from_sums(sums)?;
-    record.finish.develop(&state.film, &record.outcome(), 0.0, None, |_, _| ());
+    record.finish.develop(&state.film, None, &record.outcome(), 0.0, None, |_, _| ());
     Ok(())
 }
 

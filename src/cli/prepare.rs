@@ -4,8 +4,11 @@ use super::args::{AovName, IntegratorName, RenderArgs, SceneArgs};
 use crate::accel::Choice;
 use crate::description::{Film, Integrator, IntegratorKind, SceneDescription};
 use crate::error::{Error, Result};
+use crate::error_estimate::{Parts, PixelEstimate};
 use crate::files::{Files, Memory};
+use crate::film::Film as Sums;
 use crate::image::{Area, Crop};
+use crate::integrator::BLOCK_SIZE;
 use crate::loader::{self, LoadOptions, Sky};
 use crate::scene::Scene;
 use crate::scene::compile::{Beyond, CompileOptions, compile, fold};
@@ -36,15 +39,38 @@ pub(super) struct Prepared {
     limit: Memory,
 }
 
+/// How a film keeps its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FilmKind {
+    /// In two halves.
+    Halves,
+    /// The same, and copies of it go to files.
+    Kept,
+    /// In blocks with numbers of their own.
+    Blocks,
+}
+
 impl Prepared {
-    /// An error if the sums of the film, with so many bytes a pixel beside radiance, and with what it takes to keep them if they
-    /// are kept, are more than there is memory for, or more than the user lets snell have beside all else.
-    pub(super) fn check_film(&self, beside: u64, is_kept: bool) -> Result<()> {
-        /// What is kept of a film is a copy, its planes, and these again in the type of the file.
-        const KEPT_COPIES: u64 = 3;
+    /// An error if the sums of the film, with so many bytes a pixel beside radiance, are more than there is memory for, or more than the
+    /// user lets snell have beside all else.
+    pub(super) fn check_film(&self, beside: u64, kind: FilmKind) -> Result<()> {
         let pixels = Area::from(self.scene.film.crop).pixels();
-        let film = crate::film::Film::bytes(pixels) + pixels * beside;
-        let film = if is_kept { (1 + KEPT_COPIES) * film } else { film };
+        let film = match kind {
+            FilmKind::Halves => Sums::bytes(pixels, Parts::Halves.count() as u64) + pixels * beside,
+            FilmKind::Kept => {
+                /// What is kept of a film is a copy, its planes, and these again in the type of the file.
+                const KEPT_COPIES: u64 = 3;
+                (1 + KEPT_COPIES) * (Sums::bytes(pixels, Parts::Halves.count() as u64) + pixels * beside)
+            }
+            FilmKind::Blocks => {
+                let parts = Parts::Replicates.count() as u64;
+                // Every block has a border of its own; beside the blocks there are estimates and, at the end, the film.
+                let edge = u64::from(BLOCK_SIZE);
+                let with_border = edge + 2 * u64::from(self.scene.film.filter.border());
+                let blocks = (Sums::bytes(pixels, parts) + parts * pixels * beside) * with_border.pow(2) / edge.pow(2);
+                blocks + pixels * size_of::<PixelEstimate>() as u64 + Sums::bytes(pixels, 1) + pixels * beside
+            }
+        };
         check_limit(&Prediction { film, ..self.memory }, &self.limit)?;
         check_memory(film)
     }
@@ -99,7 +125,7 @@ pub(super) fn prepare(args: &SceneArgs, purpose: Purpose, pool: &ThreadPool) -> 
         camera: args.camera,
         samples: purpose.samples,
     };
-    let film = crate::film::Film::bytes(film_pixels(&description, args.camera));
+    let film = Sums::bytes(film_pixels(&description, args.camera), Parts::Halves.count() as u64);
     let memory = Prediction { film, ..predict(&description, &options) };
     check_limit(&memory, &limit)?;
     let compiled = pool.install(|| compile(&description, &options))?;
@@ -151,7 +177,7 @@ fn adjust_film(description: &mut SceneDescription, args: &SceneArgs) -> Result<(
     // Whatever the file says was checked when it was read.
     let given = if args.crop.is_some() { "--crop" } else { "--size" };
     Film::check_pixels(film.crop).map_err(|m| Error::Usage(format!("{given}: {m}")))?;
-    check_memory(crate::film::Film::bytes(Area::from(film.crop).pixels()))
+    check_memory(Sums::bytes(Area::from(film.crop).pixels(), Parts::Halves.count() as u64))
 }
 
 /// Pixels to render with a camera, if there is one.

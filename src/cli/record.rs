@@ -2,6 +2,7 @@
 
 use super::finish::{Finish, Outcome};
 use crate::error::{Error, Result};
+use crate::error_estimate::Parts;
 use crate::film::exact::Scale;
 use crate::film::{Dropped, Extras, Film};
 use crate::image::{Filter, Plane, sums_file};
@@ -14,7 +15,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Changes whenever a file means something else than before.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Largest magnitude of a film's exponents: those of f32, squared, and some bits.
 const MAX_EXPONENT: i32 = 600;
@@ -196,6 +197,7 @@ impl Record {
         }
         // Which filter the samples were weighted by does not matter to sums that are there.
         let film = Film::new(*crop, Filter::Box, false, Scale::for_exponent(self.exponent));
+        let film = film.with_parts(Parts::Halves.count());
         let means = self.mean_exponents.iter().map(|&e| Scale::for_exponent(e)).collect();
         let extras = |numbers| Extras { means, numbers };
         Some(match self.numbers.checked_sub(1) {
@@ -212,6 +214,8 @@ impl Record {
             non_finite: self.dropped.non_finite(),
             oversized: self.dropped.oversized,
             complete: self.complete,
+            ended: None,
+            error: None,
         }
     }
 }
@@ -247,11 +251,11 @@ mod tests {
     }
 
     fn state() -> State {
-        let film = Film::new(kept().finish.crop, Filter::Box, false, Scale::for_exponent(3));
+        let film = Film::new(kept().finish.crop, Filter::Box, false, Scale::for_exponent(3)).with_parts(2);
         let mut tile = film.start_tile(0);
         let id = crate::film::SampleId { x: 2, y: 1, index: 0 };
         tile.add_sample(id, crate::spectrum::Rgb::new(1.0, -0.3, 1e-7), || unreachable!());
-        film.add(&tile);
+        film.add(&tile, 0);
         State { film, standing: Standing::default(), done: Done::default(), time: Duration::ZERO }
     }
 
@@ -263,7 +267,9 @@ mod tests {
         let outcome = Outcome::new(&state, false, 6);
         let sealed = Some((record.to_owned(), planes.to_vec()));
         let file = OutputFile::exr(&path, "the sums").unwrap();
-        finish.develop(&state.film, &outcome, 0.0, sealed, |layers, options| file.write(layers, options)).unwrap();
+        finish
+            .develop(&state.film, None, &outcome, 0.0, sealed, |layers, options| file.write(layers, options))
+            .unwrap();
         sums_file::read(&path).unwrap()
     }
 
@@ -284,8 +290,8 @@ mod tests {
         let error = |record: &str, planes| Record::from_sums(&sums(record, planes)).err().unwrap();
         let contradiction = "the record contradicts itself or the file";
         for (from, to, expected) in [
-            (r#""format":1"#, r#""format":99"#, "they are of version 99, not 1, of this kind of file"),
-            (r#""format":1"#, r#""form":1"#, "missing field `format`"),
+            (r#""format":2"#, r#""format":99"#, "they are of version 99, not 2, of this kind of file"),
+            (r#""format":2"#, r#""form":1"#, "missing field `format`"),
             (r#""exponent":3"#, r#""exponent":2147483647"#, contradiction),
             (r#""mean_exponents":[]"#, r#""mean_exponents":[-2147483647]"#, contradiction),
             (r#""width":3"#, r#""width":4294967295"#, contradiction),
@@ -297,7 +303,7 @@ mod tests {
             (r#""numbers":0"#, r#""numbers":1"#, "the channel snell.number.0 is missing"),
             (r#""named":[]"#, r#""named":[["a","Samples"],["a","Samples"]]"#, contradiction),
             (r#""named":[]"#, r#""named":[["a",{"Number":7}]]"#, contradiction),
-            (r#""named":[]"#, r#""named":[["a",{"Error":{"later":18446744073709551615,"channel":0}}]]"#, contradiction),
+            (r#""named":[]"#, r#""named":[["a",{"Error":3}]]"#, contradiction),
         ] {
             let changed = record.replacen(from, to, 1);
             assert_ne!(changed, record, "{from}");

@@ -4,24 +4,26 @@ use super::aov::Beside;
 use super::args::{IntegratorName, RenderArgs, ReuseName, Shard};
 use super::finish::{self, Finish, Outcome};
 use super::keeper::Keeper;
-use super::prepare::{self, Prepared, Purpose};
-use super::progress::{Display, quantity};
+use super::prepare::{self, FilmKind, Prepared, Purpose};
+use super::progress::{Aim, Display, quantity};
 use super::record::Kept;
 use super::stats::{Names, Stats};
-use super::{EXIT_INTERRUPTED, identity, interrupt, replay};
+use super::{goal, identity, interrupt, replay};
 use crate::description::IntegratorKind;
 use crate::error::{Error, Result};
 use crate::image::{Format, OutputFile, PixelFormat, Reserved};
 use crate::integrator::{Integrator, PathReuse, Undecided};
+use crate::render::adaptive::render_adaptively;
 use crate::render::{Progress, RenderSettings, Rendered, Session, State, total_samples};
-use crate::sampler::Sampler;
+use crate::sampler::{MOST_OF_RUN, Sampler};
 use rayon::ThreadPool;
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
 
 /// Number of path segments of direct light.
 const DIRECT_DEPTH: u32 = 2;
@@ -34,6 +36,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
             let _ = writeln!(std::io::stderr(), "{text}");
         }
     };
+    goal::check(args)?;
     let Outputs { pictures, stats } = reserve(args)?;
     let progress = Arc::new(Progress::default());
     let temporaries = pictures.iter().map(OutputFile::temporary_path).chain(stats.iter().map(Reserved::temporary_path));
@@ -50,9 +53,9 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     tell(args, &prepared, &settings, integrator, &say);
     let format = pixel_format(args, &prepared);
     let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
-    beside.tell(integrator != IntegratorName::Direct, settings.samples);
+    beside.tell(integrator != IntegratorName::Direct);
     beside.look_at_first(args.beside.aov_spp, settings.samples);
-    prepared.check_film(beside.bytes(&prepared.scene), args.keep.keeps_sums())?;
+    prepared.check_film(beside.bytes(&prepared.scene), film_kind(args))?;
     if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
         say(format_args!(
             "warning: the channels beside the picture are not written: only a file named .exr can hold them"
@@ -64,25 +67,33 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let keeper = kept.as_ref().and_then(|kept| Keeper::new(&args.keep, kept));
     let (rendered, state) = job.render(keeper.as_ref(), &progress, &pool, &say)?;
     report(command, &job.prepared, &rendered, &say);
+    let error = goal::error_of(args, &rendered);
+    let pixels = total_samples(&job.prepared.scene, 1);
+    goal::tell(args, &rendered, error, rendered.samples as f64 / pixels as f64, &say);
     // What cannot be written keeps nothing else from being written.
     let mut failures = Vec::new();
     if let (Some(keeper), Some(state)) = (&keeper, &state) {
-        failures.extend(keeper.save(state, rendered.complete).err());
+        failures.extend(keeper.save(state, rendered.is_complete()).err());
     }
     let mut clamped = 0;
     if rendered.samples > 0 {
-        let outcome = Outcome::of(&rendered, total_samples(&job.prepared.scene, 1));
+        let outcome = Outcome::of(&rendered, pixels, error);
         let of_shard = kept.as_ref().zip(state.as_ref()).filter(|_| args.keep.shard.is_some());
-        let sealed = of_shard.map(|(kept, state)| kept.sealed(state, rendered.complete));
-        clamped = job.finish.develop(&rendered.film, &outcome, args.exposure, sealed, |layers, options| {
-            finish::write(layers, options, pictures, &say, &mut failures)
-        });
+        let sealed = of_shard.map(|(kept, state)| kept.sealed(state, rendered.is_complete()));
+        clamped = job.finish.develop(
+            &rendered.film,
+            rendered.estimates.as_ref(),
+            &outcome,
+            args.exposure,
+            sealed,
+            |layers, options| finish::write(layers, options, pictures, &say, &mut failures),
+        );
     }
     if let Some(file) = stats {
         failures.extend(write_stats(file, &Stats::new(&job.prepared, &rendered, &job.names(&pool), clamped)).err());
     }
     finish::last_of(failures)?;
-    Ok(if rendered.complete { ExitCode::SUCCESS } else { ExitCode::from(EXIT_INTERRUPTED) })
+    Ok(goal::exit_code(args, &rendered))
 }
 
 /// A render that is ready to begin.
@@ -125,14 +136,25 @@ impl Job<'_> {
         pool: &ThreadPool,
         say: &(dyn Fn(std::fmt::Arguments<'_>) + Sync),
     ) -> Result<(Rendered, Option<State>)> {
+        let Self { args, settings, beside: Beside { aovs, .. }, .. } = self;
         let (scene, samples) = (&self.prepared.scene, self.samples()?);
-        let session = Session::new(scene, &self.settings, &self.beside.aovs, samples.clone(), progress);
+        let has_number = samples.end < MOST_OF_RUN;
+        let total = has_number.then(|| total_samples(scene, samples.len() as u32));
+        let aim = Aim { samples: total, time: args.goal.time, error: args.goal.target_error };
+        if let Some(limits) = goal::limits(args, settings.samples) {
+            let _display = Display::start(progress, aim, args.quiet);
+            return Ok((render_adaptively(scene, settings, aovs, &limits, (pool, progress)), None));
+        }
+        let session = match args.goal.time {
+            Some(time) => Session::timed(scene, settings, aovs, time, progress),
+            None => Session::new(scene, settings, aovs, samples, progress),
+        };
         let session = match keeper {
             Some(keeper) => keeper.resume(session, &say)?,
             None => session,
         };
-        let display = Display::start(progress, total_samples(scene, samples.len() as u32), self.args.quiet);
-        take_samples(&session, keeper, pool, say);
+        let display = Display::start(progress, aim, args.quiet);
+        take_samples(&session, keeper, pool, !args.quiet, say);
         drop(display);
         let state = self.args.keep.keeps_sums().then(|| session.state());
         Ok((session.finish(), state))
@@ -145,7 +167,18 @@ impl Job<'_> {
             path_reuse: self.settings.integrator.reuse != PathReuse::Off,
             light_samples: self.settings.integrator.light_samples,
             threads: pool.current_num_threads(),
+            pixels: total_samples(&self.prepared.scene, 1),
+            confidence: self.args.goal.confidence,
         }
+    }
+}
+
+/// What the film has to keep.
+fn film_kind(args: &RenderArgs) -> FilmKind {
+    match (args.goal.is_adaptive(), args.keep.keeps_sums()) {
+        (true, _) => FilmKind::Blocks,
+        (false, true) => FilmKind::Kept,
+        (false, false) => FilmKind::Halves,
     }
 }
 
@@ -159,20 +192,45 @@ fn part_of(shard: Option<Shard>, samples: u32) -> Result<Range<u32>> {
     Ok(until(number - 1)..until(number))
 }
 
-/// Renders, and keeps what is done meanwhile.
+/// Renders, and meanwhile keeps what is done, and looks at its error if that is `shown`.
 fn take_samples(
     session: &Session<'_>,
     keeper: Option<&Keeper<'_>>,
     pool: &ThreadPool,
+    shown: bool,
     say: &(dyn Fn(std::fmt::Arguments<'_>) + Sync),
 ) {
-    let Some(keeper) = keeper else { return session.run(pool) };
-    let (stop, stopped) = channel();
     std::thread::scope(|threads| {
-        threads.spawn(move || keeper.keep_saving(session, &stopped, say));
+        let mut stops: Vec<Sender<()>> = Vec::new();
+        let mut stopped = || {
+            let (stop, stopped) = channel();
+            stops.push(stop);
+            stopped
+        };
+        if let Some(keeper) = keeper {
+            let stopped = stopped();
+            threads.spawn(move || keeper.keep_saving(session, &stopped, say));
+        }
+        if shown {
+            let stopped = stopped();
+            threads.spawn(move || keep_looking(session, &stopped));
+        }
         session.run(pool);
-        drop::<Sender<()>>(stop);
+        drop(stops);
     });
+}
+
+/// Estimates the error again and again until `stopped`.
+fn keep_looking(session: &Session<'_>, stopped: &Receiver<()>) {
+    /// A look takes less than a hundredth of the time.
+    const LEISURE: u32 = 100;
+    const LEAST: Duration = Duration::from_millis(500);
+    let mut wait = LEAST;
+    while stopped.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
+        let start = Instant::now();
+        session.look();
+        wait = LEAST.max(start.elapsed().saturating_mul(LEISURE));
+    }
 }
 
 /// What is to be made of the film.
@@ -304,7 +362,7 @@ pub(super) fn settings(
         None if is_direct => file_depth.min(DIRECT_DEPTH),
         None => file_depth,
     };
-    let samples = args.spp.unwrap_or(sampler.sample_count);
+    let samples = goal::samples(args, sampler.sample_count);
     let kind = args.sampler.kind_for(samples)?;
     let integrator = Integrator {
         estimator: name.estimator(),
@@ -338,7 +396,7 @@ fn pixel_format(args: &RenderArgs, prepared: &Prepared) -> PixelFormat {
 fn report(command: &str, prepared: &Prepared, rendered: &Rendered, say: &dyn Fn(std::fmt::Arguments<'_>)) {
     let seconds = rendered.time.as_secs_f64();
     let rate = |n: u64| quantity(n as f64 / seconds.max(f64::MIN_POSITIVE));
-    let what = if rendered.complete { "rendered" } else { "interrupted after" };
+    let what = if rendered.is_complete() { "rendered" } else { "interrupted after" };
     let (samples, rays) = (rate(rendered.samples), rate(rendered.rays.total()));
     say(format_args!("{what} {seconds:.2} s, {samples}samples/s, {rays}rays/s"));
     if let Some(c) = prepared.scene.accel.comparison() {

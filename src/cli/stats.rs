@@ -1,12 +1,17 @@
 //! Figures about a finished render, for people and for `--stats`.
 
+use super::finish;
 use super::prepare::Prepared;
 use crate::accel::Hit;
 use crate::accel::comparison::ComparisonCounts;
+use crate::error_estimate::Estimates;
 use crate::math::simd;
 use crate::render::Rendered;
 use crate::scene::Features;
 use serde::Serialize;
+
+/// Edge of the tiles whose errors are told, in pixels.
+const ERROR_TILE: usize = 64;
 
 /// What `--stats` writes.
 #[derive(Debug, Serialize)]
@@ -28,7 +33,23 @@ pub(super) struct Stats<'a> {
     build_seconds: f64,
     render_seconds: f64,
     complete: bool,
+    /// What ended it: samples, time, error, interrupted.
+    ended_by: &'static str,
     samples: u64,
+    samples_per_pixel: f64,
+    /// Estimated relative error of the picture, and the ends of its interval; nothing where there are too few samples.
+    estimated_error: Option<f64>,
+    estimated_error_low: Option<f64>,
+    estimated_error_high: Option<f64>,
+    /// The probability with which the error is in there.
+    confidence: f64,
+    /// Index of the tail of the pixels' squared errors; how many times as large the squared error would be if half of the samples said
+    /// what the others should be; and whether it is so heavy that the estimate cannot be trusted.
+    error_tail_index: Option<f64>,
+    error_surprise: Option<f64>,
+    error_is_heavy_tailed: bool,
+    /// The same error by tiles: column and row of the first pixel, width, height, error.
+    estimated_error_of_tiles: Vec<(i32, i32, u32, u32, f64)>,
     rays: Rays,
     rays_per_second: f64,
     samples_per_second: f64,
@@ -116,12 +137,16 @@ pub(super) struct Names<'a> {
     pub(super) path_reuse: bool,
     pub(super) light_samples: u32,
     pub(super) threads: usize,
+    /// Pixels in which samples are taken.
+    pub(super) pixels: u64,
+    pub(super) confidence: f64,
 }
 
 impl<'a> Stats<'a> {
     pub(super) fn new(prepared: &Prepared, rendered: &Rendered, names: &Names<'a>, clamped_values: u64) -> Self {
         let seconds = rendered.time.as_secs_f64().max(f64::MIN_POSITIVE);
         let (accel, rays) = (&prepared.scene.accel, rendered.rays);
+        let error = rendered.estimates.as_ref().map(|estimates| estimates.whole(names.confidence));
         Self {
             version: env!("CARGO_PKG_VERSION"),
             accelerator: accel.name(),
@@ -135,8 +160,18 @@ impl<'a> Stats<'a> {
             load_seconds: prepared.load.as_secs_f64(),
             build_seconds: prepared.build.as_secs_f64(),
             render_seconds: rendered.time.as_secs_f64(),
-            complete: rendered.complete,
+            complete: rendered.is_complete(),
+            ended_by: finish::ended_text(rendered.ended),
             samples: rendered.samples,
+            samples_per_pixel: rendered.samples as f64 / names.pixels as f64,
+            estimated_error: error.map(|e| e.error),
+            estimated_error_low: error.map(|e| e.interval.low),
+            estimated_error_high: error.map(|e| e.interval.high),
+            confidence: names.confidence,
+            error_tail_index: error.map(|e| e.tail).filter(|tail| tail.is_finite()),
+            error_surprise: error.map(|e| e.surprise),
+            error_is_heavy_tailed: error.is_some_and(|e| e.is_heavy_tailed()),
+            estimated_error_of_tiles: rendered.estimates.as_ref().map(errors_of_tiles).unwrap_or_default(),
             rays: Rays { camera: rays.camera, bounce: rays.bounce, shadow: rays.shadow },
             ray_query_share: rays.time.as_secs_f64() / (seconds * names.threads as f64),
             rays_per_second: rays.total() as f64 / seconds,
@@ -158,6 +193,15 @@ impl<'a> Stats<'a> {
             embree_false_hits: accel.embree_false_hits(),
         }
     }
+}
+
+/// The error of each of the squares that a picture is cut into.
+fn errors_of_tiles(estimates: &Estimates) -> Vec<(i32, i32, u32, u32, f64)> {
+    let darkness = estimates.darkness();
+    estimates
+        .tiles(ERROR_TILE)
+        .map(|tile| (tile.x, tile.y, tile.width, tile.height, estimates.of_area(tile, darkness)))
+        .collect()
 }
 
 /// The most memory that this process ever held, where the system tells (Linux).

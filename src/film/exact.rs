@@ -182,6 +182,13 @@ impl ExactRgb {
         }
     }
 
+    /// 2^`times` times the sums.
+    #[inline]
+    #[must_use]
+    pub(super) fn repeated(self, times: u32) -> Self {
+        Self(self.0.map(|s| s << times))
+    }
+
     /// The sums in units of the scale.
     pub(super) fn units(&self) -> [i128; 3] {
         self.0

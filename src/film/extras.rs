@@ -88,11 +88,18 @@ impl ExtraSums {
         self.numbers.iter().copied()
     }
 
-    /// Adds `count` pixels of another: its pixels from `theirs` on to those from `mine` on.
-    fn add(&mut self, extras: &Extras, mine: usize, other: &Self, theirs: usize, count: usize) {
+    /// Adds all of another, and leaves that one empty.
+    pub(super) fn absorb(&mut self, extras: &Extras, other: &mut Self) {
+        let pixels = self.numbers.len() / (1 + extras.numbers);
+        self.add(extras, 0, (other, 0), 0, pixels);
+        *other = Self::new(extras, pixels);
+    }
+
+    /// Adds `count` pixels of another: its pixels from `theirs` on, each sum 2^`times` times, to those from `mine` on.
+    fn add(&mut self, extras: &Extras, mine: usize, (other, times): (&Self, u32), theirs: usize, count: usize) {
         let n = extras.means.len();
         let sums = self.sums[mine * n..].iter_mut().zip(&other.sums[theirs * n..(theirs + count) * n]);
-        sums.for_each(|(sum, o)| *sum = sum.wrapping_add(*o));
+        sums.for_each(|(sum, o)| *sum = sum.wrapping_add(*o << times));
         let n = 1 + extras.numbers;
         let numbers = self.numbers[mine * n..].iter_mut().zip(&other.numbers[theirs * n..(theirs + count) * n]);
         // Only one buffer has the first sample, and with it the numbers; all others have zeros.
@@ -124,7 +131,7 @@ impl ExtraFilm {
 
     /// Adds the sums of all `pixels` of tile `index`.
     pub(super) fn add_tile(&self, index: usize, sums: &ExtraSums, pixels: usize) {
-        self.started(index, pixels).add(&self.extras, 0, sums, 0, pixels);
+        self.started(index, pixels).add(&self.extras, 0, (sums, 0), 0, pixels);
     }
 
     /// The sums of tile `index`, which has so many pixels, ready to be added to.
@@ -136,8 +143,9 @@ impl ExtraFilm {
         tile
     }
 
-    /// Adds to tile `index`, which has the pixels `bounds`, what it shares with a buffer of the pixels `reach`.
-    pub(super) fn add(&self, index: usize, bounds: Area, sums: &ExtraSums, reach: Area) {
+    /// Adds to tile `index`, which has the pixels `bounds`, what it shares with a buffer of the pixels `reach`, each sum 2 to
+    /// the power of the number beside times.
+    pub(super) fn add(&self, index: usize, bounds: Area, sums: (&ExtraSums, u32), reach: Area) {
         let mut tile = self.started(index, bounds.pixels() as usize);
         let shared = bounds.intersection(reach);
         for y in shared.y..shared.y + shared.height.cast_signed() {

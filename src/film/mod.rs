@@ -14,16 +14,21 @@
 //!
 //! Whatever else is to be known of the samples ([`Extras`]) is gathered in the same way, beside.
 //!
+//! A film may keep the samples of several *parts* of a render apart: by how much their pictures differ one knows how wrong
+//! they are. The picture is that of all parts together.
+//!
 //! As in Mitsuba, samples are taken in the pixels of the picture only, so that those at its edge (or at that of a crop)
 //! see but part of what the filter covers, unless the film asks for a border of samples around it.
 
 pub mod exact;
 mod extras;
+mod gathered;
 mod kernel;
 mod sums;
 mod tile;
 
 pub use extras::Extras;
+pub use gathered::Gathered;
 pub use tile::Tile;
 
 use crate::image::{Area, Crop, Filter, Picture};
@@ -123,6 +128,12 @@ impl Pixel {
         self.sum.add(&other.sum);
         self.weight += other.weight;
     }
+
+    /// The same as of 2^`times` times as many samples.
+    #[must_use]
+    fn repeated(self, times: u32) -> Self {
+        Self { sum: self.sum.repeated(times), weight: self.weight << times }
+    }
 }
 
 /// An area cut into tiles, row by row.
@@ -177,7 +188,9 @@ pub struct Film {
     scale: Scale,
     kernel: Option<Kernel>,
     border: u32,
-    /// The sums of each tile of pixels; none before the first are added.
+    /// How many parts are kept apart.
+    parts: usize,
+    /// The sums of each tile of pixels, part by part; none before the first are added.
     tiles: Vec<Mutex<Vec<Pixel>>>,
     /// The radiance that no channel of a sample exceeds.
     most: f32,
@@ -187,9 +200,9 @@ pub struct Film {
 }
 
 impl Film {
-    /// Most bytes that the sums of this many pixels take.
-    pub fn bytes(pixels: u64) -> u64 {
-        pixels * size_of::<Pixel>() as u64
+    /// Most bytes that the sums of this many pixels take, in so many parts.
+    pub fn bytes(pixels: u64, parts: u64) -> u64 {
+        pixels * parts * size_of::<Pixel>() as u64
     }
 
     /// An empty film for the pixels of `crop`; with `sample_border`, samples are to be taken around it, too, wherever one
@@ -202,6 +215,7 @@ impl Film {
             scale,
             kernel: Kernel::new(filter),
             border: filter.border(),
+            parts: 1,
             tiles: (0..pixels.count()).map(|_| Mutex::default()).collect(),
             most: f32::INFINITY,
             extras: None,
@@ -214,6 +228,17 @@ impl Film {
     #[must_use]
     pub fn clamped(self, most: f32) -> Self {
         Self { most, ..self }
+    }
+
+    /// This film, still empty, keeping the samples of so many parts apart, at least one.
+    #[must_use]
+    pub fn with_parts(self, parts: usize) -> Self {
+        Self { parts: parts.max(1), ..self }
+    }
+
+    /// How many parts it keeps apart.
+    pub fn parts(&self) -> usize {
+        self.parts
     }
 
     /// This film, still empty, keeping something beside radiance.
@@ -233,9 +258,28 @@ impl Film {
         self.sampled.bounds(index)
     }
 
+    /// The pixels that it holds, in the whole film's coordinates.
+    pub fn area(&self) -> Area {
+        self.pixels.0
+    }
+
+    /// How much farther than its own pixel a sample may reach, in pixels.
+    pub fn border(&self) -> u32 {
+        self.border
+    }
+
+    /// All pixels in which samples are taken, in the whole film's coordinates.
+    pub fn sampled_area(&self) -> Area {
+        self.sampled.0
+    }
+
     /// An empty buffer for the samples of tile `index`.
     pub fn start_tile(&self, index: usize) -> Tile {
-        let bounds = self.tile_bounds(index);
+        self.start_area(self.tile_bounds(index))
+    }
+
+    /// An empty buffer for the samples of these pixels, which are some of those in which samples are taken.
+    pub fn start_area(&self, bounds: Area) -> Tile {
         let reach = bounds.grown(self.border).intersection(self.pixels.0);
         let tile = Tile::new(bounds, reach, (self.scale, self.most), self.kernel);
         match &self.extras {
@@ -244,21 +288,28 @@ impl Film {
         }
     }
 
-    /// Adds what a tile gathered.
-    pub fn add(&self, tile: &Tile) {
+    /// Adds what a tile gathered to a part.
+    pub fn add(&self, tile: &Tile, part: usize) {
+        self.add_repeated(tile, part, 0);
+    }
+
+    /// Adds what a tile gathered to a part as if each of its samples had been there 2^`times` times, so that tiles with fewer
+    /// samples than others count as much where filters mix them. The count of samples stays what it is.
+    pub fn add_repeated(&self, tile: &Tile, part: usize, times: u32) {
+        debug_assert!(part < self.parts, "no such part");
         for index in self.pixels.touched(tile.reach()) {
             let bounds = self.pixels.bounds(index);
-            let shared = bounds.intersection(tile.reach());
+            let (shared, count) = (bounds.intersection(tile.reach()), bounds.pixels() as usize);
             let mut pixels = lock(&self.tiles[index]);
-            pixels.resize(bounds.pixels() as usize, Pixel::default());
+            pixels.resize(self.parts * count, Pixel::default());
             for y in shared.y..shared.y + shared.height.cast_signed() {
-                let first = bounds.index(shared.x, y);
+                let first = part * count + bounds.index(shared.x, y);
                 for (p, t) in pixels[first..].iter_mut().zip(tile.row(shared.x, y, shared.width)) {
-                    p.add(t);
+                    p.add(&t.repeated(times));
                 }
             }
             if let (Some(film), Some(sums)) = (&self.extras, tile.extras()) {
-                film.add(index, bounds, sums, tile.reach());
+                film.add(index, bounds, (sums, times), tile.reach());
             }
         }
         if !tile.dropped().is_empty() {
@@ -276,8 +327,8 @@ impl Film {
     pub fn develop(&self) -> Picture {
         let whole = self.pixels.0;
         let mut picture = Picture::new(whole.width, whole.height);
-        for (index, tile) in self.tiles.iter().enumerate() {
-            for (i, p) in lock(tile).iter().enumerate() {
+        for index in 0..self.tiles.len() {
+            for (i, p) in self.whole_pixels(index).iter().enumerate() {
                 let (x, y) = self.place(index, i);
                 picture.set(x, y, p.mean(self.scale));
             }
@@ -285,12 +336,43 @@ impl Film {
         picture
     }
 
+    /// Whether every part has samples.
+    pub fn has_parts(&self) -> bool {
+        let has = |(index, tile): (usize, &Mutex<Vec<Pixel>>)| {
+            let tile = lock(tile);
+            let mut parts = tile.chunks(self.pixels.bounds(index).pixels() as usize);
+            tile.len() > 0 && parts.all(|part| part.iter().any(|pixel| pixel.weight != 0))
+        };
+        self.tiles.iter().enumerate().all(has)
+    }
+
+    /// What part `part` alone shows, row by row.
+    pub fn part_means(&self, part: usize) -> Vec<PartMean> {
+        let mut means = vec![PartMean::default(); self.pixels.0.pixels() as usize];
+        for (index, tile) in self.tiles.iter().enumerate() {
+            let count = self.pixels.bounds(index).pixels() as usize;
+            for (i, p) in lock(tile).iter().skip(part * count).take(count).enumerate() {
+                means[self.flat_place(index, i)] = p.part_mean(self.scale);
+            }
+        }
+        means
+    }
+
+    /// The sums of the pixels of tile `index`, all parts together; none where nothing was added.
+    fn whole_pixels(&self, index: usize) -> Vec<Pixel> {
+        let tile = lock(&self.tiles[index]);
+        let mut parts = tile.chunks(self.pixels.bounds(index).pixels() as usize);
+        let mut pixels = parts.next().unwrap_or_default().to_vec();
+        parts.for_each(|part| pixels.iter_mut().zip(part).for_each(|(pixel, p)| pixel.add(p)));
+        pixels
+    }
+
     /// Weighted means of quantity `which` of those kept beside radiance, row by row; zero where the weights are zero.
     pub fn means(&self, which: usize) -> Vec<f64> {
         self.plane(|film, index| {
             let sums = film.sums(index, which);
-            let pixels = lock(&self.tiles[index]);
-            sums.iter().zip(pixels.iter()).map(|(sum, p)| if p.weight == 0 { 0.0 } else { sum / p.weight() }).collect()
+            let pixels = self.whole_pixels(index);
+            sums.iter().zip(&pixels).map(|(sum, p)| if p.weight == 0 { 0.0 } else { sum / p.weight() }).collect()
         })
     }
 
@@ -326,7 +408,22 @@ impl Film {
     }
 }
 
+/// What one part of a render shows of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PartMean {
+    /// Weighted mean of the radiance in W·sr⁻¹·m⁻², per channel; zero where the weights are.
+    pub radiance: [f64; 3],
+    /// The sum of the samples' weights: with the box filter their count.
+    pub weight: f64,
+}
+
 impl Pixel {
+    fn part_mean(&self, scale: Scale) -> PartMean {
+        let weight = self.weight();
+        let mean = |sum| if self.weight == 0 { 0.0 } else { sum / weight };
+        PartMean { radiance: self.sum.to_f64(scale).map(mean), weight }
+    }
+
     fn weight(&self) -> f64 {
         libm::ldexp(self.weight as f64, -WEIGHT_BITS.cast_signed())
     }

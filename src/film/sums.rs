@@ -2,6 +2,7 @@
 //!
 //! Each 128-bit sum is four planes, the lowest bits first, in two's complement: `snell.sum.R.0` … `snell.sum.B.3` for radiance,
 //! `snell.weight.0` … for weights, `snell.mean.0.0` … for each mean beside radiance, and `snell.number.0` … for whole numbers.
+//! The second of a film's parts has `snell.1.sum.R.0` … and so on.
 
 use super::exact::Scale;
 use super::extras::ExtraSums;
@@ -15,7 +16,7 @@ const LIMBS: usize = 4;
 const LIMB_BITS: usize = 32;
 
 /// What the four 128-bit sums of a pixel are called.
-const SUMS: [&str; LIMBS] = ["snell.sum.R", "snell.sum.G", "snell.sum.B", "snell.weight"];
+const SUMS: [&str; LIMBS] = ["sum.R", "sum.G", "sum.B", "weight"];
 
 /// Part `limb` of a sum.
 fn limb(sum: i128, limb: usize) -> u32 {
@@ -65,22 +66,24 @@ impl Film {
         let numbers = self.extras.as_ref().map_or(0, |e| 1 + e.extras.numbers);
         for index in 0..self.tiles.len() {
             let pixels = lock(&self.tiles[index]);
-            let places: Vec<usize> = (0..pixels.len()).map(|i| self.flat_place(index, i)).collect();
+            let count = pixels.len() / self.parts;
+            let places: Vec<usize> = (0..count).map(|i| self.flat_place(index, i)).collect();
             let mut put = |plane: usize, values: &mut dyn Iterator<Item = u32>| {
                 let PlaneValues::Whole(to) = &mut planes[plane].values else { return };
                 places.iter().zip(values).for_each(|(&place, value)| to[place] = value);
             };
-            for (which, part) in (0..SUMS.len()).flat_map(|s| (0..LIMBS).map(move |l| (s, l))) {
-                put(which * LIMBS + part, &mut pixels.iter().map(|p| limb(p.sums()[which], part)));
+            for (which, part) in (0..self.sums()).flat_map(|s| (0..LIMBS).map(move |l| (s, l))) {
+                let pixels = pixels.iter().skip(which / SUMS.len() * count);
+                put(which * LIMBS + part, &mut pixels.map(|p| limb(p.sums()[which % SUMS.len()], part)));
             }
             let Some(extras) = &self.extras else { continue };
             let tile = extras.tile(index);
             for (which, part) in (0..means).flat_map(|s| (0..LIMBS).map(move |l| (s, l))) {
-                let plane = (SUMS.len() + which) * LIMBS + part;
+                let plane = (self.sums() + which) * LIMBS + part;
                 put(plane, &mut tile.sums().skip(which).step_by(means).map(|sum| limb(sum, part)));
             }
             for which in 0..numbers {
-                let plane = (SUMS.len() + means) * LIMBS + which;
+                let plane = (self.sums() + means) * LIMBS + which;
                 put(plane, &mut tile.numbers().skip(which).step_by(numbers));
             }
         }
@@ -93,10 +96,17 @@ impl Film {
         self.plane_names().into_iter().map(|name| Plane { name, values: zeros() }).collect()
     }
 
+    /// Sums of radiance and weights of a pixel, over all parts.
+    fn sums(&self) -> usize {
+        self.parts * SUMS.len()
+    }
+
     /// What the planes are called.
     fn plane_names(&self) -> Vec<String> {
         let (means, numbers) = self.extras.as_ref().map_or((0, 0), |e| (e.extras.means.len(), 1 + e.extras.numbers));
-        let sums = SUMS.iter().map(ToString::to_string).chain((0..means).map(|m| format!("snell.mean.{m}")));
+        let of_part = |part: usize| if part == 0 { "snell".to_owned() } else { format!("snell.{part}") };
+        let sums = (0..self.parts).flat_map(|p| SUMS.iter().map(move |name| format!("{}.{name}", of_part(p))));
+        let sums = sums.chain((0..means).map(|m| format!("snell.mean.{m}")));
         let sums = sums.flat_map(|name| (0..LIMBS).map(move |l| format!("{name}.{l}")));
         sums.chain((0..numbers).map(|n| format!("snell.number.{n}"))).collect()
     }
@@ -116,16 +126,19 @@ impl Film {
                 from_limbs([limbs[0][place], limbs[1][place], limbs[2][place], limbs[3][place]])
             };
             let mut pixels = lock(&self.tiles[index]);
-            pixels.resize(count, Pixel::default());
-            for (pixel, &place) in pixels.iter_mut().zip(&places) {
-                pixel.add_sums([sum(0, place), sum(1, place), sum(2, place), sum(3, place)]);
+            pixels.resize(self.parts * count, Pixel::default());
+            for (part, pixels) in pixels.chunks_mut(count).enumerate() {
+                let first = part * SUMS.len();
+                for (pixel, &place) in pixels.iter_mut().zip(&places) {
+                    pixel.add_sums([0, 1, 2, 3].map(|which| sum(first + which, place)));
+                }
             }
             if let Some(extras) = &self.extras {
                 let means = extras.extras.means.len();
-                let numbers = &planes[(SUMS.len() + means) * LIMBS..];
+                let numbers = &planes[(self.sums() + means) * LIMBS..];
                 let mut other = ExtraSums::new(&extras.extras, count);
                 for (i, &place) in places.iter().enumerate() {
-                    let means = (0..means).map(|m| sum(SUMS.len() + m, place));
+                    let means = (0..means).map(|m| sum(self.sums() + m, place));
                     other.set(i, means, numbers.iter().map(|n| n[place]));
                 }
                 extras.add_tile(index, &other, count);
@@ -136,13 +149,13 @@ impl Film {
 
     /// Adds the sums of a film of the same pixels that keeps the same; `None`, and nothing is added, where it is not such a one.
     pub fn add_film(&self, other: &Self) -> Option<()> {
-        if self.pixels.0 != other.pixels.0 || self.kept() != other.kept() {
+        if self.pixels.0 != other.pixels.0 || self.parts != other.parts || self.kept() != other.kept() {
             return None;
         }
         for (index, (tile, others)) in self.tiles.iter().zip(&other.tiles).enumerate() {
             let count = self.pixels.bounds(index).pixels() as usize;
             let mut tile = lock(tile);
-            tile.resize(count, Pixel::default());
+            tile.resize(self.parts * count, Pixel::default());
             tile.iter_mut().zip(lock(others).iter()).for_each(|(pixel, o)| pixel.add_sums(o.sums()));
             if let (Some(extras), Some(others)) = (&self.extras, &other.extras)
                 && !others.tile(index).is_empty()
@@ -160,7 +173,7 @@ impl Film {
     }
 
     /// Position of pixel `i` of tile `index` among all pixels, row by row.
-    fn flat_place(&self, index: usize, i: usize) -> usize {
+    pub(super) fn flat_place(&self, index: usize, i: usize) -> usize {
         let (x, y) = self.place(index, i);
         y as usize * self.pixels.0.width as usize + x as usize
     }

@@ -51,7 +51,7 @@ fn film_of(crop: Crop, filter: Filter, border: bool, chunk: usize, reverse: bool
             for &id in part.iter().filter(|id| tile.bounds().contains(id.x, id.y)).collect::<Vec<_>>() {
                 tile.add_sample(id, value(id), || position(id));
             }
-            film.add(&tile);
+            film.add(&tile, 0);
         }
     }
     film
@@ -107,7 +107,7 @@ fn a_flat_field_is_flat() {
             for id in ids(tile.bounds(), 5) {
                 tile.add_sample(id, Rgb::splat(FLAT), || position(id));
             }
-            film.add(&tile);
+            film.add(&tile, 0);
         }
         for p in film.develop().pixels() {
             // A tent that is narrower than a pixel may miss every sample.
@@ -153,7 +153,7 @@ fn bad_samples_are_left_out_counted_and_named() {
         tile.add_sample(id(1), Rgb::new(f32::NAN, 0.0, 0.0), middle);
         tile.add_sample(id(2), Rgb::splat(4.0), middle);
         tile.add_sample(id(3), Rgb::new(0.0, 1e10, 0.0), middle);
-        film.add(&tile);
+        film.add(&tile, 0);
         assert_eq!(film.develop().get(0, 0), Rgb::splat(3.0), "{filter:?}");
         let dropped = Dropped { count: 2, oversized: 1, negative: 0, examples: vec![id(1), id(3)] };
         assert_eq!(film.dropped(), dropped, "{filter:?}");
@@ -176,7 +176,7 @@ fn what_is_beside_radiance_belongs_to_the_samples_that_count() {
         let mut second = film.start_tile(0);
         second.add_sample_with(SampleId { x, y, index: 2 }, Rgb::WHITE, middle, &[-0.75, 100.0]);
         for tile in [second, first] {
-            film.add(&tile);
+            film.add(&tile, 0);
         }
         assert_eq!((film.means(0)[0], film.means(1)[0]), (-0.25, 200.0), "{filter:?}");
         assert_eq!((film.numbers(0)[0], film.numbers(1)[0], film.sample_counts()[0]), (7, u32::MAX, 2), "{filter:?}");
@@ -197,7 +197,7 @@ fn a_million_samples_lose_nothing() {
             let id = SampleId { x: 0, y: 0, index };
             tile.add_sample(id, Rgb::splat(0.1), || position(id));
         }
-        film.add(&tile);
+        film.add(&tile, 0);
         assert_eq!(film.develop().get(0, 0), Rgb::splat(0.1));
     }
 }
@@ -214,7 +214,7 @@ fn samples_are_scaled_down_to_the_limit() {
         };
         let mut tile = film.start_tile(0);
         tile.add_sample(SampleId { x: 0, y: 0, index: 0 }, radiance, || Vec2::ZERO);
-        film.add(&tile);
+        film.add(&tile, 0);
         (film.develop().get(0, 0), film.dropped().count)
     };
     let bright = Rgb::new(8.0, 4.0, -1.0);

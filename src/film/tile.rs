@@ -34,6 +34,19 @@ impl Tile {
         Self { extras: Some(Box::new((extras.clone(), sums))), ..self }
     }
 
+    /// Adds what another tile of the same pixels of the same film gathered, which leaves that one empty.
+    pub fn absorb(&mut self, other: &mut Self) {
+        debug_assert_eq!(self.bounds, other.bounds, "another tile");
+        for (pixel, o) in self.pixels.iter_mut().zip(&mut other.pixels) {
+            pixel.add(&std::mem::take(o));
+        }
+        if let (Some(own), Some(others)) = (&mut self.extras, &mut other.extras) {
+            let (extras, sums) = &mut **own;
+            sums.absorb(extras, &mut others.1);
+        }
+        self.dropped.add(&std::mem::take(&mut other.dropped));
+    }
+
     /// The pixels in which it takes samples, in the whole film's coordinates.
     pub fn bounds(&self) -> Area {
         self.bounds

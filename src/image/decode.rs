@@ -60,7 +60,22 @@ pub(super) fn decode(
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     // The size is checked below, before there is memory for the pixels.
     reader.no_limits();
-    reader.into_decoder().map_err(|e| e.to_string()).and_then(|d| decode_with(d, raw, memory))
+    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    if format == ImageFormat::Jpeg {
+        check_jpeg(decoder.dimensions(), bytes.len())?;
+    }
+    decode_with(decoder, raw, memory)
+}
+
+/// An error where so few bytes cannot be a whole JPEG picture of this size: every block of 8×8 pixels has a code of its own, of one bit
+/// at least. Without this a header of some bytes costs the time of the millions of pixels that it claims.
+fn check_jpeg((width, height): (u32, u32), bytes: usize) -> std::result::Result<(), String> {
+    const EDGE: u32 = 8;
+    let blocks = u64::from(width.div_ceil(EDGE)) * u64::from(height.div_ceil(EDGE));
+    if blocks > u64::from(u8::BITS) * bytes as u64 {
+        return Err(format!("it is cut off: {width}x{height} pixels are more than {bytes} bytes can hold"));
+    }
+    Ok(())
 }
 
 /// Width and height as numbers of 32 bits, unless there are too many pixels.

@@ -6,10 +6,11 @@
 //! Where a camera ray meets nothing, everything is zero, as in Mitsuba.
 
 use super::path_state::PathState;
+use super::work::Tiles;
 use crate::accel::Hit;
 use crate::bsdf::BsdfSample;
 use crate::film::exact::Scale;
-use crate::film::{Extras, SampleId, Tile};
+use crate::film::{Extras, SampleId};
 use crate::math::ray::Ray;
 use crate::scene::Scene;
 use crate::spectrum::{Rgb, rgb_to_xyz};
@@ -42,10 +43,6 @@ pub enum Quantity {
     Xyz,
     /// 1 where there is something to be seen, 0 elsewhere: its mean is alpha.
     Alpha,
-    /// Radiance of the samples of the later half ([`Aovs::later_from`]), 0 for the earlier ones.
-    LaterRadiance,
-    /// 1 for the samples of the later half: its mean is their part of the weight.
-    Later,
     /// 1 for the samples whose surfaces are looked at ([`Aovs::looked_at`]): its mean is their part of the weight.
     LookedAt,
 }
@@ -90,8 +87,6 @@ pub struct Aovs {
     pub sample_counts: bool,
     /// Whether a sky that the camera sees counts for alpha, as it does in Mitsuba's `path`, but not in its `direct`.
     pub sky_counts: bool,
-    /// The index of the first sample of a pixel's later half.
-    pub later_from: u32,
     /// Of how many samples of a pixel the surface is looked at, from the first on.
     pub looked_at: u32,
 }
@@ -99,14 +94,7 @@ pub struct Aovs {
 impl Default for Aovs {
     /// Nothing, of all samples.
     fn default() -> Self {
-        Self {
-            means: Vec::new(),
-            numbers: Vec::new(),
-            sample_counts: false,
-            sky_counts: false,
-            later_from: 0,
-            looked_at: u32::MAX,
-        }
+        Self { means: Vec::new(), numbers: Vec::new(), sample_counts: false, sky_counts: false, looked_at: u32::MAX }
     }
 }
 
@@ -114,7 +102,7 @@ impl Quantity {
     /// How many components it has.
     pub fn components(self) -> usize {
         match self {
-            Self::Depth | Self::DepthFromNear | Self::Alpha | Self::Later | Self::LookedAt => 1,
+            Self::Depth | Self::DepthFromNear | Self::Alpha | Self::LookedAt => 1,
             Self::Uv => 2,
             _ => 3,
         }
@@ -127,7 +115,7 @@ impl Quantity {
 
     /// Whether it is known only when the path has ended.
     fn is_of_the_path(self) -> bool {
-        matches!(self, Self::Radiance | Self::Xyz | Self::Alpha | Self::LaterRadiance | Self::Later | Self::LookedAt)
+        matches!(self, Self::Radiance | Self::Xyz | Self::Alpha | Self::LookedAt)
     }
 
     /// Whether it is a length, which changes with the unit.
@@ -152,9 +140,7 @@ impl Aov {
         /// 2^19 times as bright are squared rightly; squares down to 2^−56 of it are counted.
         const SQUARED_RADIANCE_BITS: i32 = 8;
         let exponent = match self.quantity {
-            Quantity::Radiance | Quantity::LaterRadiance | Quantity::Xyz => {
-                Scale::for_radiance(scene.brightest()).exponent()
-            }
+            Quantity::Radiance | Quantity::Xyz => Scale::for_radiance(scene.brightest()).exponent(),
             Quantity::Position => libm::frexp(1.0 + scene.centre.abs().max_element() * scene.unit).1,
             _ => 0,
         };
@@ -215,10 +201,10 @@ impl<F: FnMut(SampleId, Rgb)> Sink for F {
 }
 
 /// Adds samples to a tile with everything that goes beside radiance.
-pub(super) struct AovSink<'a> {
+pub(super) struct AovSink<'a, 'b> {
     scene: &'a Scene,
     aovs: &'a Aovs,
-    tile: &'a mut Tile,
+    tiles: Tiles<'a, 'b>,
     /// Alpha of a path that met nothing at all.
     sky_alpha: f64,
     /// Values of each path of the wave, one after the other.
@@ -226,11 +212,11 @@ pub(super) struct AovSink<'a> {
     numbers: Vec<u32>,
 }
 
-impl<'a> AovSink<'a> {
-    /// For the samples of `tile`, from which the sky can be seen if `sees_sky`.
-    pub(super) fn new(scene: &'a Scene, aovs: &'a Aovs, tile: &'a mut Tile, sees_sky: bool) -> Self {
+impl<'a, 'b> AovSink<'a, 'b> {
+    /// For the samples of `tiles`, from which the sky can be seen if `sees_sky`.
+    pub(super) fn new(scene: &'a Scene, aovs: &'a Aovs, tiles: Tiles<'a, 'b>, sees_sky: bool) -> Self {
         let counts = aovs.sky_counts && sees_sky && !scene.infinite_lights.is_empty();
-        Self { scene, aovs, tile, sky_alpha: f64::from(u8::from(counts)), values: Vec::new(), numbers: Vec::new() }
+        Self { scene, aovs, tiles, sky_alpha: f64::from(u8::from(counts)), values: Vec::new(), numbers: Vec::new() }
     }
 
     fn stride(&self) -> usize {
@@ -255,12 +241,7 @@ impl<'a> AovSink<'a> {
             Quantity::DepthFromNear => DVec3::splat(along() - f64::from(start.tmin)),
             Quantity::Position => point().point.p + scene.centre * scene.unit,
             Quantity::Uv => scene.uv(ray, hit).as_dvec2().extend(0.0),
-            Quantity::Radiance
-            | Quantity::Xyz
-            | Quantity::Alpha
-            | Quantity::LaterRadiance
-            | Quantity::Later
-            | Quantity::LookedAt => DVec3::ZERO,
+            Quantity::Radiance | Quantity::Xyz | Quantity::Alpha | Quantity::LookedAt => DVec3::ZERO,
         }
     }
 
@@ -289,11 +270,7 @@ impl<'a> AovSink<'a> {
             };
             number.first + index
         }));
-        self.tile.set_numbers(id.x, id.y, &self.numbers);
-    }
-
-    fn is_later(&self, path: &PathState) -> bool {
-        path.id.index >= self.aovs.later_from
+        self.tiles.of(id).set_numbers(id.x, id.y, &self.numbers);
     }
 
     /// What the path says of a quantity that is its own.
@@ -302,10 +279,7 @@ impl<'a> AovSink<'a> {
             Quantity::Radiance => colour(path.radiance),
             Quantity::Xyz => DVec3::from(rgb_to_xyz(path.radiance).map(f64::from)),
             Quantity::Alpha => DVec3::splat(if path.met { 1.0 } else { self.sky_alpha }),
-            Quantity::LaterRadiance if !self.is_later(path) => DVec3::ZERO,
-            Quantity::LaterRadiance => colour(path.radiance),
             Quantity::LookedAt => DVec3::splat(f64::from(u8::from(path.id.index < self.aovs.looked_at))),
-            Quantity::Later => DVec3::splat(f64::from(u8::from(self.is_later(path)))),
             _ => return None,
         })
     }
@@ -321,7 +295,7 @@ fn store(to: &mut [f64], aov: Aov, value: DVec3) {
     to.copy_from_slice(&value.to_array()[..to.len()]);
 }
 
-impl Sink for AovSink<'_> {
+impl Sink for AovSink<'_, '_> {
     const LOOKS: bool = true;
 
     fn first_hits(&mut self, rays: &[Ray], paths: &[PathState], hits: &[Hit]) {
@@ -357,6 +331,6 @@ impl Sink for AovSink<'_> {
             first = last;
         }
         let film = || path.stream.film();
-        self.tile.add_sample_with(path.id, path.radiance, film, &self.values[own]);
+        self.tiles.of(path.id).add_sample_with(path.id, path.radiance, film, &self.values[own]);
     }
 }

@@ -27,15 +27,17 @@ mod technique;
 mod trial;
 pub mod variant;
 mod wave;
+mod work;
 
 pub use direct::MOST_CANDIDATES;
 pub use reuse::PathReuse;
 pub use technique::Technique;
 pub use trial::Undecided;
 pub use wave::RayCounts;
+pub use work::Work;
 
 use crate::facts::{self, Feature};
-use crate::film::{SampleId, Tile, tile_around};
+use crate::film::{SampleId, tile_around};
 use crate::image::Area;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -44,6 +46,7 @@ use aov::{AovSink, Aovs, Sink};
 use record::Record;
 use std::ops::Range;
 use variant::Of;
+use work::Tiles;
 
 /// The estimators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +73,9 @@ impl Estimator {
     }
 }
 
+/// Edge of the blocks of pixels that may share what their paths find, aligned in the whole film.
+pub const BLOCK_SIZE: u32 = reuse::BLOCK.cast_unsigned();
+
 /// An estimator with its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Integrator {
@@ -91,39 +97,24 @@ pub struct Integrator {
 }
 
 impl Integrator {
-    /// Takes the samples `samples` of every pixel of `tile`, and counts the rays they took. Not inlined, so that `scripts/absence`
-    /// finds it.
+    /// Takes some samples of every pixel of some tiles, with what goes beside radiance if anything does, and counts the rays they took.
+    /// Not inlined, so that `scripts/absence` finds it.
     #[inline(never)]
-    pub fn sample_tile(&self, scene: &Scene, sampler: &Sampler, samples: Range<u32>, tile: &mut Tile) -> RayCounts {
-        let bounds = tile.bounds();
-        let ids = self.sample_ids(scene, bounds, samples);
-        let mut counts = RayCounts::default();
-        self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |id: SampleId, radiance: Rgb| {
-            tile.add_sample(id, radiance, || {
-                sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index).film()
+    pub fn sample_tiles(&self, scene: &Scene, sampler: &Sampler, aovs: &Aovs, work: &mut [Work<'_>]) -> RayCounts {
+        facts::allow(Feature::Aovs, !aovs.is_empty());
+        let areas: Vec<_> = work.iter().map(|work| (work.tile.bounds(), work.samples.clone())).collect();
+        let ids = areas.into_iter().flat_map(|(bounds, samples)| self.sample_ids(scene, bounds, samples));
+        let (mut counts, mut tiles) = (RayCounts::default(), Tiles::new(work));
+        if aovs.is_empty() {
+            self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |id: SampleId, radiance: Rgb| {
+                tiles.of(id).add_sample(id, radiance, || {
+                    sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index).film()
+                });
             });
-        });
-        counts
-    }
-
-    /// [`Self::sample_tile`], with everything that goes beside radiance.
-    #[inline(never)]
-    pub fn sample_tile_with(
-        &self,
-        scene: &Scene,
-        sampler: &Sampler,
-        aovs: &Aovs,
-        samples: Range<u32>,
-        tile: &mut Tile,
-    ) -> RayCounts {
-        facts::allow(Feature::Aovs, true);
-        let mut counts = RayCounts::default();
-        if !Feature::Aovs.is_built() {
-            return counts;
+        } else if Feature::Aovs.is_built() {
+            let mut sink = AovSink::new(scene, aovs, tiles, self.max_depth > 0 && !self.hides_sky());
+            self.walk(scene, sampler, ids, &mut (), &mut counts, &mut sink);
         }
-        let ids = self.sample_ids(scene, tile.bounds(), samples);
-        let mut sink = AovSink::new(scene, aovs, tile, self.max_depth > 0 && !self.hides_sky());
-        self.walk(scene, sampler, ids, &mut (), &mut counts, &mut sink);
         counts
     }
 
@@ -141,7 +132,7 @@ impl Integrator {
     }
 
     /// Whether paths share what they find: only where there is something to share, and nothing on the way absorbs.
-    fn shares(&self, scene: &Scene) -> bool {
+    pub fn shares(&self, scene: &Scene) -> bool {
         self.reuse != PathReuse::Off
             && self.estimator == Estimator::Path
             && self.max_depth > 2

@@ -52,11 +52,11 @@ impl Ledger {
         self.book.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next unit to do.
-    pub(super) fn take(&self) -> Option<u64> {
+    /// The next unit to do, if `may_begin` lets a new one begin.
+    pub(super) fn take(&self, may_begin: impl Fn(u64) -> bool) -> Option<u64> {
         let mut book = self.book();
         let unit = book.waiting.pop().or_else(|| {
-            let unit = (book.next < self.units).then_some(book.next)?;
+            let unit = (book.next < self.units && may_begin(book.next)).then_some(book.next)?;
             book.next += 1;
             Some(unit)
         })?;
@@ -96,12 +96,12 @@ mod tests {
     #[test]
     fn units_are_handed_out_once_and_what_was_not_done_comes_first() {
         let first = Ledger::new(5);
-        assert_eq!([first.take(), first.take(), first.take()], [Some(0), Some(1), Some(2)]);
+        assert_eq!([0; 3].map(|_| first.take(|_| true)), [Some(0), Some(1), Some(2)]);
         first.finish(1, Done { samples: 7, ..Done::default() });
         let standing = first.standing();
         assert_eq!(standing, Standing { next: 3, missing: vec![0, 2] });
         let second = Ledger::resumed(5, &standing, first.done()).unwrap();
-        let order: Vec<u64> = std::iter::from_fn(|| second.take()).collect();
+        let order: Vec<u64> = std::iter::from_fn(|| second.take(|_| true)).collect();
         assert_eq!(order, [0, 2, 3, 4]);
         assert!(!second.is_complete());
         order.iter().for_each(|&unit| second.finish(unit, Done { samples: 1, ..Done::default() }));

@@ -3,26 +3,29 @@
 //! Work is cut into units, a tile times a chunk of samples, and handed out in order: all tiles of the first chunk, then
 //! of the second, so that a render that is stopped early shows the whole picture. Which thread takes which unit cannot
 //! change a bit of it, for the film's sums are exact.
+//!
+//! A render that is to reach a certain error, or to take its samples where there is most of it, is [`adaptive`].
 
+pub mod adaptive;
 mod ledger;
+mod schedule;
 
 pub use ledger::Standing;
 
+use crate::error_estimate::{Estimates, Parts};
 use crate::film::exact::Scale;
 use crate::film::{Dropped, Film};
 use crate::integrator::aov::Aovs;
-use crate::integrator::{Integrator, RayCounts};
+use crate::integrator::{Integrator, RayCounts, Work};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use ledger::Ledger;
 use rayon::ThreadPool;
+use schedule::Schedule;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{PoisonError, RwLock};
 use std::time::{Duration, Instant};
-
-/// Samples a pixel in one unit of work: enough to fill waves, few enough that a stop is never far.
-const CHUNK: u32 = 16;
 
 /// What to render.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +47,8 @@ pub struct Progress {
     rays: AtomicU64,
     earlier_samples: AtomicU64,
     earlier_rays: AtomicU64,
+    /// Bits of an f64: the estimated relative error so far; 0 before there is one.
+    error: AtomicU64,
     started: AtomicBool,
     cancelled: AtomicBool,
 }
@@ -58,6 +63,21 @@ impl Progress {
     pub fn of_this_run(&self) -> [u64; 2] {
         let pairs = [(&self.samples, &self.earlier_samples), (&self.rays, &self.earlier_rays)];
         pairs.map(|(all, earlier)| all.load(Ordering::Relaxed) - earlier.load(Ordering::Relaxed))
+    }
+
+    /// The relative error so far, as it is estimated, if it has been.
+    pub fn error(&self) -> Option<f64> {
+        let error = f64::from_bits(self.error.load(Ordering::Relaxed));
+        (error > 0.0).then_some(error)
+    }
+
+    fn set_error(&self, error: f64) {
+        self.error.store(error.to_bits(), Ordering::Relaxed);
+    }
+
+    fn count(&self, done: &Done) {
+        self.samples.fetch_add(done.samples, Ordering::Relaxed);
+        self.rays.fetch_add(done.rays.total(), Ordering::Relaxed);
     }
 
     /// Counts what earlier runs did.
@@ -96,8 +116,30 @@ pub struct Rendered {
     pub dropped: Dropped,
     /// Wall time.
     pub time: Duration,
-    /// Whether every sample was taken.
-    pub complete: bool,
+    /// Why it ended.
+    pub ended: Ended,
+    /// What its samples say of its error; nothing where there are too few.
+    pub estimates: Option<Estimates>,
+}
+
+impl Rendered {
+    /// Whether it ended by itself.
+    pub fn is_complete(&self) -> bool {
+        self.ended != Ended::Stopped
+    }
+}
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// All samples were taken.
+    Samples,
+    /// The time was up.
+    Time,
+    /// The error was small enough.
+    Error,
+    /// It was asked to stop.
+    Stopped,
 }
 
 /// Work that is done.
@@ -169,8 +211,12 @@ pub struct Session<'a> {
     scene: &'a Scene,
     settings: &'a RenderSettings,
     aovs: &'a Aovs,
-    /// Which samples of each pixel to take.
-    samples: Range<u32>,
+    /// Which samples of each pixel to take, and in which order.
+    schedule: Schedule,
+    /// How long it may take.
+    limit: Option<Duration>,
+    /// Whether it could have gone on for longer.
+    out_of_time: AtomicBool,
     film: Film,
     ledger: Ledger,
     /// Held for reading while a unit is entered into film and ledger, so that whoever holds it for writing sees the same
@@ -192,10 +238,33 @@ impl<'a> Session<'a> {
         samples: Range<u32>,
         progress: &'a Progress,
     ) -> Self {
-        let film = empty_film(scene, settings.clamp, aovs);
-        let ledger = Ledger::new(units(&film, &samples));
-        let (entering, start) = (RwLock::new(()), Instant::now());
-        Self { scene, settings, aovs, samples, film, ledger, entering, progress, start, before: Duration::ZERO }
+        Self::scheduled(scene, settings, aovs, (Schedule::counted(samples, settings.samples), None), progress)
+    }
+
+    /// A render of as many samples of every pixel as there is time for, at least one, and at most `settings.samples`. The picture is that
+    /// of a render of just so many.
+    pub fn timed(
+        scene: &'a Scene,
+        settings: &'a RenderSettings,
+        aovs: &'a Aovs,
+        time: Duration,
+        progress: &'a Progress,
+    ) -> Self {
+        Self::scheduled(scene, settings, aovs, (Schedule::Open { most: settings.samples }, Some(time)), progress)
+    }
+
+    fn scheduled(
+        scene: &'a Scene,
+        settings: &'a RenderSettings,
+        aovs: &'a Aovs,
+        (schedule, limit): (Schedule, Option<Duration>),
+        progress: &'a Progress,
+    ) -> Self {
+        let film = empty_film(scene, settings.clamp, aovs).with_parts(Parts::Halves.count());
+        let ledger = Ledger::new(units(&film, &schedule));
+        let (entering, start, before) = (RwLock::new(()), Instant::now(), Duration::ZERO);
+        let out_of_time = AtomicBool::new(false);
+        Self { scene, settings, aovs, schedule, limit, out_of_time, film, ledger, entering, progress, start, before }
     }
 
     /// Goes on from where a render of the same samples of the same scene with the same settings stood, which the caller must know.
@@ -203,7 +272,7 @@ impl<'a> Session<'a> {
     /// `None` where its film or the units of work that are done are not those of such a render.
     pub fn resume(self, state: State) -> Option<Self> {
         let State { film, standing, done, time } = state;
-        let ledger = Ledger::resumed(units(&self.film, &self.samples), &standing, done)?;
+        let ledger = Ledger::resumed(units(&self.film, &self.schedule), &standing, done)?;
         self.film.add_film(&film)?;
         self.progress.resume(&done);
         Some(Self { ledger, before: time, ..self })
@@ -214,11 +283,36 @@ impl<'a> Session<'a> {
         self.progress.started.store(true, Ordering::Relaxed);
         pool.broadcast(|_| {
             while !self.progress.is_cancelled()
-                && let Some(unit) = self.ledger.take()
+                && let Some(unit) = self.ledger.take(|unit| self.has_time_for(unit))
             {
                 self.render_unit(unit);
             }
         });
+    }
+
+    /// Whether a new unit may begin: one of a chunk that has begun always, the first of a chunk where all of it may be done in time.
+    fn has_time_for(&self, unit: u64) -> bool {
+        let (tiles, elapsed) = (self.film.tile_count() as u64, self.time());
+        let (chunk, before) = (unit / tiles, self.schedule.before(unit / tiles));
+        let Some(limit) = self.limit.filter(|_| unit.is_multiple_of(tiles) && before > 0) else { return true };
+        let samples = self.schedule.chunk(chunk).0.len() as f64;
+        let has = elapsed.as_secs_f64() * (1.0 + samples / f64::from(before)) <= limit.as_secs_f64();
+        if !has {
+            self.out_of_time.store(true, Ordering::Relaxed);
+        }
+        has
+    }
+
+    /// Estimates the error of what is there so far, and tells whoever looks at the progress.
+    pub fn look(&self) {
+        if let Some(estimates) = self.estimates() {
+            self.progress.set_error(estimates.error());
+        }
+    }
+
+    /// What the two halves say of each other, once both have samples.
+    fn estimates(&self) -> Option<Estimates> {
+        self.film.has_parts().then(|| Estimates::from_halves(&self.film))
     }
 
     /// How far it is, also while it runs; threads wait only as long as it takes to copy the sums.
@@ -239,33 +333,37 @@ impl<'a> Session<'a> {
 
     /// What came of it.
     pub fn finish(self) -> Rendered {
-        let (time, complete) = (self.time(), self.ledger.is_complete());
+        let (time, estimates) = (self.time(), self.estimates());
         let (Done { samples, rays }, dropped) = (self.ledger.done(), self.film.dropped());
-        Rendered { film: self.film, samples, rays, dropped, time, complete }
+        let ended = match (self.ledger.is_complete(), self.out_of_time.into_inner()) {
+            (true, _) => Ended::Samples,
+            (false, true) if !self.progress.is_cancelled() => Ended::Time,
+            _ => Ended::Stopped,
+        };
+        Rendered { film: self.film, samples, rays, dropped, time, ended, estimates }
     }
 
     fn render_unit(&self, unit: u64) {
         let &Self { scene, settings, aovs, ref film, progress, .. } = self;
         let tiles = film.tile_count() as u64;
-        let first = self.samples.start + (unit / tiles) as u32 * CHUNK;
-        let last = first.saturating_add(CHUNK).min(self.samples.end);
+        let (samples, half) = self.schedule.chunk(unit / tiles);
         let mut tile = film.start_tile((unit % tiles) as usize);
-        let (integrator, sampler) = (&settings.integrator, &settings.sampler);
-        let rays = if aovs.is_empty() {
-            integrator.sample_tile(scene, sampler, first..last, &mut tile)
-        } else {
-            integrator.sample_tile_with(scene, sampler, aovs, first..last, &mut tile)
-        };
-        let samples = tile.bounds().pixels() * u64::from(last - first);
+        let done = take_samples(scene, settings, aovs, &mut [Work { samples, tile: &mut tile }]);
         let _entering = self.entering.read().unwrap_or_else(PoisonError::into_inner);
-        film.add(&tile);
-        self.ledger.finish(unit, Done { samples, rays });
-        progress.samples.fetch_add(samples, Ordering::Relaxed);
-        progress.rays.fetch_add(rays.total(), Ordering::Relaxed);
+        film.add(&tile, half);
+        self.ledger.finish(unit, done);
+        progress.count(&done);
     }
 }
 
-/// Number of units of work for the samples `samples` of every pixel.
-fn units(film: &Film, samples: &Range<u32>) -> u64 {
-    film.tile_count() as u64 * u64::from(samples.end.saturating_sub(samples.start).div_ceil(CHUNK))
+/// Takes some samples.
+fn take_samples(scene: &Scene, settings: &RenderSettings, aovs: &Aovs, work: &mut [Work<'_>]) -> Done {
+    let RenderSettings { integrator, sampler, .. } = settings;
+    let samples = work.iter().map(Work::count).sum();
+    Done { samples, rays: integrator.sample_tiles(scene, sampler, aovs, work) }
+}
+
+/// Number of units of work.
+fn units(film: &Film, schedule: &Schedule) -> u64 {
+    film.tile_count() as u64 * schedule.chunks()
 }

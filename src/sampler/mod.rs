@@ -14,6 +14,11 @@
 //! Time is reserved: nothing uses it yet.
 //!
 //! The first two numbers of a set are those with the best two-dimensional projection.
+//!
+//! # Runs
+//!
+//! The upper two bits of a sample's index name one of four *runs* of 2³⁰ samples. Each has numbers of its own, independent of the
+//! others' as if it had another seed: by how much their pictures differ one knows how wrong they are.
 
 mod batch;
 mod hash;
@@ -165,6 +170,20 @@ impl LightUniforms {
     }
 }
 
+/// Bits of a sample's index within its run.
+const RUN_BITS: u32 = 30;
+
+/// How many runs there are.
+pub const RUNS: u32 = 1 << (u32::BITS - RUN_BITS);
+
+/// Most samples of a run.
+pub const MOST_OF_RUN: u32 = 1 << RUN_BITS;
+
+/// The index of the first sample of a run.
+pub fn first_of_run(run: u32) -> u32 {
+    run << RUN_BITS
+}
+
 const SET_FILM: u32 = 0;
 const SET_FIRST_VERTEX: u32 = 2;
 const SETS_PER_VERTEX: u32 = 2;
@@ -192,12 +211,14 @@ impl Sampler {
     /// shows the same numbers as the whole).
     #[inline]
     pub fn stream(&self, x: u32, y: u32, index: u32) -> Stream {
+        let (run, index) = (index >> RUN_BITS, index % MOST_OF_RUN);
         let ([x, y], index) = match self.kind {
             SamplerKind::ZSobol { log_samples } => (zsobol::block(x, y), zsobol::index(x, y, index, log_samples)),
             _ => ([x, y], index),
         };
         let place = u64::from(y) << 32 | u64::from(x);
         let key = hash::mix64(hash::mix64(self.seed) ^ place);
+        let key = if run == 0 { key } else { hash::mix64(key.wrapping_add(u64::from(run))) };
         Stream { kind: self.kind, key: [key as u32, (key >> 32) as u32], index }
     }
 }

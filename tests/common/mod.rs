@@ -68,7 +68,7 @@ pub fn settings(estimator: Estimator, samples: u32) -> RenderSettings {
 pub fn rendered(scene: &Scene, settings: &RenderSettings, threads: usize) -> Rendered {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     let r = render(scene, settings, &pool, &Progress::default());
-    assert!(r.complete, "the render was not interrupted");
+    assert!(r.is_complete(), "the render was not interrupted");
     assert_eq!(r.dropped.count, 0, "non-finite samples: {:?}", r.dropped.examples);
     r
 }

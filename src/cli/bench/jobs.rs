@@ -71,7 +71,7 @@ fn of_variant(args: &BenchArgs, scene: &Path, variant: &Variant) -> Result<Rende
     let parsed = Arguments::try_parse_from(words).map_err(|error| Error::Usage(one_line(&error)))?;
     let Command::Render(mut render) = parsed.command else { return Err(Error::Usage(NO_OPTIONS.into())) };
     let writes = !render.output.is_empty() || render.stats.is_some() || !render.aov.is_empty();
-    if writes || render.spp.is_some() || render.replay.is_some() {
+    if writes || render.spp.is_some() || render.replay.is_some() || render.goal.names().is_some() {
         return Err(Error::Usage(NO_OPTIONS.into()));
     }
     for &samples in &args.spp {

@@ -1,0 +1,251 @@
+//! Whether the estimated error is right, whether a target is reached as it was promised, and whether samples where the error is
+//! pay and leave the picture what it is: what `scripts/calibrate` runs and `docs/error.md` tells of.
+//!
+//! `cargo run --release --example calibrate -- COMMAND SCENE SIZE NUMBER SEEDS FOLDER`, with one of
+//! * `interval`: renders of NUMBER samples per pixel: how often the 95 % interval has the true error, and how far the estimate is off;
+//! * `target`: renders to a relative error of NUMBER: how often that is true, and how many samples more than needed it took;
+//! * `gain`: NUMBER samples per pixel, where the error is against the same for all: error and CPU time of both;
+//! * `bias`: the mean of many renders of NUMBER samples per pixel against the reference.
+//!
+//! SIZE is the edge of the picture in pixels. References are kept in FOLDER, as `NAME-SIZE.reference`. The last line printed begins
+//! with `RESULT`.
+
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "an example talks to its user")]
+
+mod reference;
+
+use rayon::ThreadPool;
+use reference::Reference;
+use snell::accel::Accelerator;
+use snell::bench::timed;
+use snell::check::scenes;
+use snell::description::{Crop, SceneDescription};
+use snell::image::Picture;
+use snell::integrator::aov::Aovs;
+use snell::integrator::{Estimator, Undecided};
+use snell::render::adaptive::{Limits, render_adaptively};
+use snell::render::{Ended, Progress, RenderSettings, Rendered, render};
+use snell::scene::Scene;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// What goes wrong here is told and ends the program.
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// The confidence of all intervals.
+const CONFIDENCE: f64 = 0.95;
+
+/// A scene with its reference.
+struct Stage {
+    scene: Scene,
+    settings: RenderSettings,
+    reference: Reference,
+    pool: ThreadPool,
+}
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let result = match words[..] {
+        [command, scene, size, number, seeds, folder] => run(command, (scene, size), (number, seeds), folder),
+        _ => Err("expected interval, target, gain or bias, and SCENE SIZE NUMBER SEEDS FOLDER".into()),
+    };
+    match result {
+        Ok(text) => {
+            println!("RESULT {text}");
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(command: &str, (scene, size): (&str, &str), (number, seeds): (&str, &str), folder: &str) -> Result<String> {
+    let (number, seeds): (f64, u64) = (number.parse()?, seeds.parse()?);
+    let stage = Stage::new(Path::new(scene), size.parse()?, Path::new(folder))?;
+    Ok(match command {
+        "interval" => interval(&stage, number as u32, seeds),
+        "target" => target(&stage, number, seeds),
+        "gain" => gain(&stage, number as u32, seeds),
+        "bias" => bias(&stage, number as u32, seeds),
+        other => return Err(format!("no '{other}' here").into()),
+    })
+}
+
+/// A scene with a square film of so many pixels a side.
+fn load(path: &Path, pixels: u32) -> Result<SceneDescription> {
+    let mut scene = snell::loader::load(path, &snell::loader::LoadOptions::default())?;
+    for camera in &mut scene.cameras {
+        (camera.film.width, camera.film.height) = (pixels, pixels);
+        camera.film.crop = Crop { x: 0, y: 0, width: pixels, height: pixels };
+    }
+    Ok(scene)
+}
+
+impl Stage {
+    fn new(path: &Path, size: u32, folder: &Path) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().build()?;
+        let description = load(path, size)?;
+        let scene = pool.install(|| scenes::compiled(&description, Accelerator::Auto))?;
+        let depth = description.integrator.max_depth.unwrap_or(u32::MAX);
+        let mut settings = scenes::settings(Estimator::Path, 1, depth);
+        settings.integrator.rr_depth = description.integrator.rr_depth;
+        // As the command does by default.
+        let undecided = Undecided { reuse: true, light_samples: true };
+        settings.integrator = pool.install(|| settings.integrator.with_what_pays(&scene, undecided));
+        let name = format!("{}-{size}.reference", name_of(path));
+        let reference = Reference::load_or_render(&folder.join(name), (&scene, &settings, &pool))?;
+        Ok(Self { scene, settings, reference, pool })
+    }
+
+    /// The settings with another seed, which no reference has.
+    fn seeded(&self, samples: u32, seed: u64) -> RenderSettings {
+        let mut settings = RenderSettings { samples, ..self.settings };
+        settings.sampler.seed = seed + 1;
+        settings
+    }
+
+    fn adaptive(&self, limits: &Limits, seed: u64) -> Rendered {
+        let (settings, progress) = (self.seeded(1, seed), Progress::default());
+        render_adaptively(&self.scene, &settings, &Aovs::default(), limits, (&self.pool, &progress))
+    }
+
+    fn uniform(&self, samples: u32, seed: u64) -> Rendered {
+        render(&self.scene, &self.seeded(samples, seed), &self.pool, &Progress::default())
+    }
+
+    fn samples_per_pixel(&self, rendered: &Rendered) -> f64 {
+        rendered.samples as f64 / f64::from(self.reference.size() * self.reference.size())
+    }
+}
+
+/// The folder of a scene, or the file's name where that says more.
+fn name_of(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+    if stem == "scene" { folder } else { stem }
+}
+
+fn counted(samples: u32) -> Limits {
+    Limits { samples: Some(samples), time: None, error: None, confidence: CONFIDENCE }
+}
+
+fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
+    let (mut ratios, mut covered, mut halves, mut trues, mut tails) =
+        (Vec::new(), 0u64, Vec::new(), Vec::new(), Vec::new());
+    let (mut widths, mut warned) = (Vec::new(), 0u64);
+    let mut covered_by_halves = 0u64;
+    for seed in 0..seeds {
+        let rendered = stage.adaptive(&counted(samples), seed);
+        let truth = stage.reference.error_of(&rendered.film.develop());
+        if let Some(known) = rendered.estimates.map(|e| e.whole(CONFIDENCE)) {
+            ratios.push(known.error / truth);
+            covered += u64::from((known.interval.low..=known.interval.high).contains(&truth));
+            tails.push(known.tail);
+            warned += u64::from(known.is_heavy_tailed());
+            widths.push(known.interval.high / known.error);
+            trues.push(truth);
+        }
+        // The estimate of a render with the same number of samples everywhere, from halves.
+        let rendered = stage.uniform(samples, seed);
+        let truth = stage.reference.error_of(&rendered.film.develop());
+        if let Some(known) = rendered.estimates.map(|e| e.whole(CONFIDENCE)) {
+            halves.push(known.error / truth);
+            covered_by_halves += u64::from((known.interval.low..=known.interval.high).contains(&truth));
+        }
+    }
+    let own = stage.reference.own_error();
+    let part = |n: u64| 100.0 * n as f64 / seeds as f64;
+    format!(
+        "true {:.3} %, estimate/true {:.3} ({:.3} to {:.3}), covered {:.0} %, the interval a factor of {:.2} wide; from halves {:.3}, covered {:.0} %; tail {:.2}, warned of in \
+         {:.0} %; relMSE over the reference's {:.0}",
+        100.0 * median(&mut trues),
+        median(&mut ratios),
+        quantile(&mut ratios, 0.05),
+        quantile(&mut ratios, 0.95),
+        part(covered),
+        median(&mut widths),
+        median(&mut halves),
+        part(covered_by_halves),
+        median(&mut tails),
+        part(warned),
+        (median(&mut trues) / own).powi(2),
+    )
+}
+
+fn target(stage: &Stage, error: f64, seeds: u64) -> String {
+    let limits = Limits { samples: None, time: None, error: Some(error), confidence: CONFIDENCE };
+    let (mut reached, mut spent, mut trues) = (0u64, Vec::new(), Vec::new());
+    for seed in 0..seeds {
+        let rendered = stage.adaptive(&limits, seed);
+        let truth = stage.reference.error_of(&rendered.film.develop());
+        reached += u64::from(truth <= error && rendered.ended == Ended::Error);
+        // As errors fall with the root of the number, and no faster: so many would have been enough.
+        spent.push((error / truth).powi(2));
+        trues.push(truth);
+    }
+    let samples = stage.samples_per_pixel(&stage.adaptive(&limits, 0));
+    format!(
+        "target {:.2} %: true {:.3} % (95 % below {:.3} %), reached in {:.0} %, {:.2} times the samples needed, {samples:.0} per pixel; \
+         the reference's error {:.3} %",
+        100.0 * error,
+        100.0 * median(&mut trues),
+        100.0 * quantile(&mut trues, 0.95),
+        100.0 * reached as f64 / seeds as f64,
+        median(&mut spent),
+        100.0 * stage.reference.own_error(),
+    )
+}
+
+fn gain(stage: &Stage, samples: u32, seeds: u64) -> String {
+    let mut sums = [[0.0; 2]; 2];
+    for seed in 0..seeds {
+        for (which, sum) in sums.iter_mut().enumerate() {
+            let (rendered, took) = timed(|| match which {
+                0 => stage.uniform(samples, seed),
+                _ => stage.adaptive(&counted(samples), seed),
+            });
+            let error = stage.reference.error_of(&rendered.film.develop());
+            sum[0] += error * error;
+            sum[1] += took.cpu / rendered.samples as f64;
+        }
+    }
+    let [[uniform, time], [adaptive, adaptive_time]] = sums;
+    let n = seeds as f64;
+    format!(
+        "relMSE {:.3e} uniform, {:.3e} adaptive: {:.2} times less; CPU time of a sample {:.3} times; error per second {:.2} times better; \
+         the reference's {:.1e}",
+        uniform / n,
+        adaptive / n,
+        uniform / adaptive,
+        adaptive_time / time,
+        uniform * time / (adaptive * adaptive_time),
+        stage.reference.own_error().powi(2)
+    )
+}
+
+fn bias(stage: &Stage, samples: u32, seeds: u64) -> String {
+    let size = stage.reference.size();
+    let mut sums = vec![[0.0f64; 2]; (size * size) as usize];
+    for seed in 0..seeds {
+        let picture: Picture = stage.adaptive(&counted(samples), seed).film.develop();
+        for (sum, pixel) in sums.iter_mut().zip(picture.pixels()) {
+            let value = f64::from(pixel.luminance());
+            sum[0] += value;
+            sum[1] += value * value;
+        }
+    }
+    stage.reference.bias(&sums, seeds)
+}
+
+fn quantile(values: &mut [f64], part: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let at = (values.len() as f64 * part) as usize;
+    values.get(at.min(values.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    quantile(values, 0.5)
+}

@@ -1,0 +1,165 @@
+//! Blocks of pixels with the sums of their own samples.
+
+use super::plan::Unit;
+use crate::error_estimate::PixelEstimate;
+use crate::film::{Film, Gathered, PartMean, Tile};
+use crate::image::Area;
+use crate::integrator::{BLOCK_SIZE, Work};
+use crate::render::Done;
+use crate::sampler::first_of_run;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Independent sequences of samples.
+pub(super) const SEQUENCES: usize = 2;
+
+/// The fewest samples of a sequence: one for each half.
+pub(super) const FEWEST: u32 = 2;
+
+/// Edge of a block where pixels do not share paths, and no filter mixes them: where the error is, is known the better, the larger
+/// blocks are, but within one all get the same. With edges of 8 the error falls less (docs/error.md); under a filter blocks have
+/// borders, of which smaller ones would have more.
+const SMALL_EDGE: u32 = 4;
+
+/// The edge of a film's blocks: no filter may reach beyond a block's neighbours.
+fn edge(film: &Film, shares: bool) -> u32 {
+    if film.border() == 0 && !shares { SMALL_EDGE } else { BLOCK_SIZE.max(film.border().next_multiple_of(BLOCK_SIZE)) }
+}
+
+/// Sums are added as if every sequence had 2 to the power of this many samples; none has more.
+pub(super) const MOST_LOG_SAMPLES: u32 = 29;
+
+/// Some pixels, each of which has the same number of samples.
+pub(super) struct Block {
+    /// In the whole film's coordinates.
+    pub(super) bounds: Area,
+    sequences: [Mutex<Sequence>; SEQUENCES],
+}
+
+/// The samples of one sequence.
+struct Sequence {
+    /// A power of two, or none.
+    samples: u32,
+    /// Those of the earlier and the later half.
+    halves: [Tile; 2],
+}
+
+impl Block {
+    fn sequence(&self, sequence: usize) -> MutexGuard<'_, Sequence> {
+        self.sequences[sequence].lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// How many samples each pixel has of a sequence.
+    pub(super) fn samples(&self, sequence: usize) -> u64 {
+        self.sequence(sequence).samples.into()
+    }
+}
+
+/// The sequences of some units, ready to take their next samples.
+pub(super) struct Batch<'a>(Vec<(usize, MutexGuard<'a, Sequence>)>);
+
+impl Batch<'_> {
+    /// Doubles the samples of all of them, or takes the `first` ones, with a function that does some work.
+    pub(super) fn double(&mut self, first: u32, take: impl Fn(&mut [Work<'_>]) -> Done) -> Done {
+        let mut work = Vec::with_capacity(2 * self.0.len());
+        for (sequence, own) in &mut self.0 {
+            let start = first_of_run(*sequence as u32);
+            let Sequence { samples, halves: [earlier, later] } = &mut **own;
+            let (middle, end) = if *samples == 0 { (first / 2, first) } else { (*samples, 2 * *samples) };
+            if *samples == 0 {
+                work.push(Work { samples: start..start + middle, tile: earlier });
+            } else {
+                earlier.absorb(later);
+            }
+            work.push(Work { samples: start + middle..start + end, tile: later });
+            *samples = end;
+        }
+        take(&mut work)
+    }
+}
+
+/// All blocks of a film, row by row.
+pub(super) struct Blocks {
+    pub(super) all: Vec<Block>,
+    across: usize,
+}
+
+impl Blocks {
+    /// Those of a film, without samples; they are aligned in the whole film, as the pixels are that share paths, if they do.
+    pub(super) fn new(film: &Film, shares: bool) -> Self {
+        let area = film.sampled_area();
+        let edge = edge(film, shares);
+        let starts = |from: i32, length: u32| {
+            let first = from - from.rem_euclid(edge.cast_signed());
+            (first..from + length.cast_signed()).step_by(edge as usize)
+        };
+        let block = |x: i32, y: i32| {
+            let bounds = Area { x, y, width: edge, height: edge }.intersection(area);
+            let sequence = || Sequence { samples: 0, halves: [film.start_area(bounds), film.start_area(bounds)] };
+            Block { bounds, sequences: [Mutex::new(sequence()), Mutex::new(sequence())] }
+        };
+        let rows = starts(area.y, area.height);
+        let all = rows.flat_map(|y| starts(area.x, area.width).map(move |x| block(x, y))).collect();
+        Self { all, across: starts(area.x, area.width).count() }
+    }
+
+    /// How many pixels there are in all.
+    pub(super) fn pixels(&self) -> u64 {
+        self.all.iter().map(|block| block.bounds.pixels()).sum()
+    }
+
+    /// The sequences of some units, none of which any other thread works on.
+    pub(super) fn batch(&self, units: &[Unit]) -> Batch<'_> {
+        Batch(units.iter().map(|unit| (unit.sequence, self.all[unit.block].sequence(unit.sequence))).collect())
+    }
+
+    /// How many samples a unit takes, over all its pixels, if those without any take `first` ones.
+    pub(super) fn cost(&self, unit: Unit, first: u32) -> u64 {
+        let block = &self.all[unit.block];
+        let samples = block.samples(unit.sequence);
+        block.bounds.pixels() * if samples == 0 { first.into() } else { samples }
+    }
+
+    /// Every sequence of every block.
+    pub(super) fn all_units(&self) -> Vec<Unit> {
+        (0..self.all.len()).flat_map(|block| (0..SEQUENCES).map(move |sequence| Unit { block, sequence })).collect()
+    }
+
+    /// A block and those around it.
+    pub(super) fn around(&self, block: usize) -> impl Iterator<Item = usize> + use<> {
+        let (across, down) = (self.across, self.all.len() / self.across);
+        let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);
+        let (rows, columns) = (near(block / across, down), near(block % across, across));
+        rows.flat_map(move |row| columns.clone().map(move |column| row * across + column))
+    }
+
+    /// What is known of the pixels of a block that are in the picture, row by row.
+    pub(super) fn pixel_estimates(&self, film: &Film, block: usize) -> Vec<PixelEstimate> {
+        let area = self.all[block].bounds.intersection(film.area());
+        let part = |part: usize| -> Vec<PartMean> {
+            let mut gathered = Gathered::new(film, area);
+            for near in self.around(block) {
+                let own = self.all[near].sequence(part / 2);
+                gathered.add(&own.halves[part % 2], times(own.samples));
+            }
+            gathered.means().collect()
+        };
+        let parts = [0, 1, 2, 3].map(part);
+        (0..area.pixels() as usize).map(|i| PixelEstimate::from_replicates([0, 1, 2, 3].map(|p| parts[p][i]))).collect()
+    }
+
+    /// The film with all samples.
+    pub(super) fn put_together(&self, film: Film) -> Film {
+        for block in &self.all {
+            for sequence in 0..SEQUENCES {
+                let own = block.sequence(sequence);
+                own.halves.iter().for_each(|half| film.add_repeated(half, 0, times(own.samples)));
+            }
+        }
+        film
+    }
+}
+
+/// How often a sequence's samples are to be doubled to be as many as any.
+fn times(samples: u32) -> u32 {
+    MOST_LOG_SAMPLES - samples.max(1).ilog2()
+}

@@ -1,0 +1,257 @@
+//! Renders in passes: after each it is estimated where the error is, and the next pass takes its samples there, until the error is
+//! small enough, or time or samples are used up.
+//!
+//! # Blocks
+//!
+//! Samples are dealt out to blocks of pixels: of 8×8 where pixels share paths, which is what they share them in, so that sharing goes
+//! on as ever, or where a filter mixes them, and else of 4×4. Every block keeps the sums of its own samples, with its border, and each of its pixels has as many as the others. At the end blocks are put
+//! together with weights that make up for their numbers, which are powers of two, so that the sums stay exact: under any filter,
+//! a pixel near the edge of a block is what it would be if both blocks had the same number.
+//!
+//! # Replicates, and no bias
+//!
+//! A block has two independent sequences of samples, X and Y, and the picture is the mean of what the two show, with equal weights
+//! whatever their numbers. How many more samples X gets is decided by the error of Y alone, and the other way round: were X's number
+//! decided by X's own samples, those that happen to miss a small bright light would seem to need no more, and the picture would be too
+//! dark. (An influence remains by the threshold, which is common to all blocks, and by what a block has to do with its
+//! neighbours' numbers. Neither could be measured.) The two also tell the error: [`crate::error_estimate`].
+//!
+//! # Who gets how many
+//!
+//! To double the n samples of a sequence whose pixels have the variance v per sample, relative to their radiance, takes v/2n from the
+//! error for n samples. So sequences are doubled in the order of v/n². Half of v is that of the blocks around, so that what a block
+//! has not seen yet, but its neighbours have, counts; and it is not below a small part of the mean.
+
+mod block;
+mod plan;
+
+use super::{Done, Ended, Progress, RenderSettings, Rendered, empty_film};
+use crate::error_estimate::{Estimates, Parts};
+use crate::film::Film;
+use crate::integrator::aov::Aovs;
+use crate::scene::Scene;
+use block::{Blocks, FEWEST, SEQUENCES};
+use plan::Unit;
+use rayon::ThreadPool;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Samples a pixel before it is decided anything: enough for halves of halves that tell something.
+const FIRST_SAMPLES: u32 = 16;
+
+/// The fewest samples a pixel: two halves of two sequences.
+pub const FEWEST_SAMPLES: u32 = FEWEST * SEQUENCES as u32;
+
+/// What part of all samples may be taken before anything is decided.
+const FIRST_PART: u32 = 4;
+
+/// Samples that are taken at a time: some waves of paths.
+const BATCH: u64 = 4096;
+
+/// By what part of the samples there are a pass adds to them at most: few enough that what is decided is not old, enough that
+/// passes are not all waiting for the last thread.
+const GROWTH: f64 = 0.25;
+
+/// What part of the squared error a pass towards a target may leave: were it all, there would be no end.
+const MOST_LEFT: f64 = 0.95;
+
+/// From when an estimate is below so many times the target on, a look at it may end the render.
+const NEAR_TARGET: f64 = 1.25;
+
+/// Looks between a number of samples and twice that may be wrong as often as so many independent ones: they share most samples.
+const LOOKS_A_DOUBLING: f64 = 2.0;
+
+/// When a render ends: at whichever is reached first.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Samples per pixel, in the mean.
+    pub samples: Option<u32>,
+    /// Wall time.
+    pub time: Option<Duration>,
+    /// Relative error, with the confidence below.
+    pub error: Option<f64>,
+    /// The probability with which the error is to be within its interval, and below the target.
+    pub confidence: f64,
+}
+
+/// A render whose samples go where the error is.
+struct Adaptive<'a> {
+    scene: &'a Scene,
+    settings: &'a RenderSettings,
+    aovs: &'a Aovs,
+    limits: &'a Limits,
+    progress: &'a Progress,
+    /// Without samples: it knows which pixels there are.
+    film: Film,
+    blocks: Blocks,
+    done: Mutex<Done>,
+    out_of_time: AtomicBool,
+    start: Instant,
+}
+
+/// Renders on the threads of `pool` until one of the limits is reached.
+pub fn render_adaptively(
+    scene: &Scene,
+    settings: &RenderSettings,
+    aovs: &Aovs,
+    limits: &Limits,
+    (pool, progress): (&ThreadPool, &Progress),
+) -> Rendered {
+    let film = empty_film(scene, settings.clamp, aovs);
+    let blocks = Blocks::new(&film, settings.integrator.shares(scene));
+    let (done, out_of_time, start) = (Mutex::default(), AtomicBool::new(false), Instant::now());
+    progress.started.store(true, Ordering::Relaxed);
+    Adaptive { scene, settings, aovs, limits, progress, film, blocks, done, out_of_time, start }.run(pool)
+}
+
+impl Adaptive<'_> {
+    fn run(self, pool: &ThreadPool) -> Rendered {
+        let area = self.film.area();
+        let mut estimates = Estimates::new(area.width, area.height, Parts::Replicates);
+        let first = self.first_samples();
+        let (mut units, mut near) = (self.blocks.all_units(), None);
+        let ended = loop {
+            let changed = self.take(pool, (&units, first));
+            self.estimate(pool, &changed, &mut estimates);
+            self.progress.set_error(estimates.error());
+            if self.progress.is_cancelled() {
+                break Ended::Stopped;
+            }
+            if self.out_of_time.load(Ordering::Relaxed) {
+                break Ended::Time;
+            }
+            let left = self.left_to_target(&estimates, &mut near);
+            if left.is_some_and(|left| left >= 1.0) {
+                break Ended::Error;
+            }
+            units = self.blocks.plan(&self.film, &estimates, (self.room(), left.unwrap_or(0.0).min(MOST_LEFT)));
+            if units.is_empty() {
+                break Ended::Samples;
+            }
+        };
+        self.finish(ended, estimates)
+    }
+
+    /// How many samples each sequence takes before anything is decided: a power of two.
+    fn first_samples(&self) -> u32 {
+        let all =
+            self.limits.samples.map_or(FIRST_SAMPLES, |most| most / FIRST_PART).clamp(FEWEST_SAMPLES, FIRST_SAMPLES);
+        1 << (all / SEQUENCES as u32).ilog2()
+    }
+
+    /// How many samples, over all pixels, the next pass may take.
+    fn room(&self) -> u64 {
+        let taken = self.done().samples;
+        let room = (taken as f64 * GROWTH) as u64;
+        let most = self.limits.samples.map_or(u64::MAX, |samples| u64::from(samples) * self.blocks.pixels());
+        room.min(most.saturating_sub(taken))
+    }
+
+    /// What part of the squared error may be left: 1 or more where it is below the target with the confidence asked for, however
+    /// often it was looked at since it was `near` the target, with how many samples. The looks of the k-th doubling since
+    /// then may be wrong with the probability 6/π²k² of all that may be.
+    fn left_to_target(&self, estimates: &Estimates, near: &mut Option<u64>) -> Option<f64> {
+        let target = self.limits.error?;
+        if estimates.error() > NEAR_TARGET * target && near.is_none() {
+            let left = target / estimates.error();
+            return Some(left * left);
+        }
+        let taken = self.done().samples;
+        let since = *near.get_or_insert(taken);
+        let k = PI * (1.0 + libm::log2(taken as f64 / since as f64)).ceil();
+        let doubt = (1.0 - self.limits.confidence) * 6.0 / (k * k) / LOOKS_A_DOUBLING;
+        // Only the upper end counts.
+        let high = estimates.whole(1.0 - 2.0 * doubt).interval.high;
+        Some(if high > 0.0 { (target / high) * (target / high) } else { 1.0 })
+    }
+
+    /// Takes the samples of some units, `first` ones where there are none; returns the blocks that have more than before.
+    fn take(&self, pool: &ThreadPool, (units, first): (&[Unit], u32)) -> BTreeSet<usize> {
+        let (next, changed) = (Mutex::new(units), Mutex::new(BTreeSet::new()));
+        pool.broadcast(|_| {
+            while !self.progress.is_cancelled()
+                && let batch = self.next_batch(&mut lock(&next), first)
+                && !batch.is_empty()
+                && self.has_time_for(batch, first)
+            {
+                let done = self
+                    .blocks
+                    .batch(batch)
+                    .double(first, |work| super::take_samples(self.scene, self.settings, self.aovs, work));
+                *lock(&self.done) += done;
+                self.progress.count(&done);
+                lock(&changed).extend(batch.iter().map(|unit| unit.block));
+            }
+        });
+        changed.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes as many of the units that are left as make a batch.
+    fn next_batch<'u>(&self, left: &mut &'u [Unit], first: u32) -> &'u [Unit] {
+        let (mut samples, mut count) = (0, 0);
+        while samples < BATCH
+            && let Some(&unit) = left.get(count)
+        {
+            (samples, count) = (samples + self.blocks.cost(unit, first), count + 1);
+        }
+        let (batch, rest) = left.split_at(count);
+        *left = rest;
+        batch
+    }
+
+    /// Whether a batch may begin: the first samples always, later ones if they may be done in time.
+    fn has_time_for(&self, batch: &[Unit], first: u32) -> bool {
+        let taken = self.done().samples;
+        let is_first = |unit: &Unit| self.blocks.all[unit.block].samples(unit.sequence) == 0;
+        let Some(limit) = self.limits.time.filter(|_| !batch.iter().any(is_first)) else { return true };
+        let more: u64 = batch.iter().map(|&unit| self.blocks.cost(unit, first)).sum();
+        let threads = rayon::current_num_threads() as f64;
+        let needed = self.start.elapsed().as_secs_f64() * (1.0 + threads * more as f64 / taken.max(1) as f64);
+        let has = needed <= limit.as_secs_f64();
+        if !has {
+            self.out_of_time.store(true, Ordering::Relaxed);
+        }
+        has
+    }
+
+    /// Brings the estimates of all pixels up to date that samples of the blocks `changed` reach.
+    fn estimate(&self, pool: &ThreadPool, changed: &BTreeSet<usize>, estimates: &mut Estimates) {
+        let reached: Vec<usize> = if self.film.border() == 0 {
+            changed.iter().copied().collect()
+        } else {
+            let reached: BTreeSet<usize> = changed.iter().flat_map(|&block| self.blocks.around(block)).collect();
+            reached.into_iter().collect()
+        };
+        let whole = self.film.area();
+        let of_block = |&block: &usize| (block, self.blocks.pixel_estimates(&self.film, block));
+        let new: Vec<_> = pool.install(|| reached.par_iter().map(of_block).collect());
+        for (block, pixels) in new {
+            let area = self.blocks.all[block].bounds.intersection(whole);
+            for (i, pixel) in pixels.into_iter().enumerate() {
+                let (x, y) = (i % area.width as usize, i / area.width as usize);
+                estimates.set((area.x - whole.x) as usize + x, (area.y - whole.y) as usize + y, pixel);
+            }
+        }
+    }
+
+    fn done(&self) -> Done {
+        *lock(&self.done)
+    }
+
+    fn finish(self, ended: Ended, estimates: Estimates) -> Rendered {
+        let Done { samples, rays } = self.done();
+        let film = self.blocks.put_together(self.film);
+        let (dropped, time) = (film.dropped(), self.start.elapsed());
+        let has_all = self.blocks.all.iter().all(|block| (0..SEQUENCES).all(|s| block.samples(s) > 0));
+        Rendered { film, samples, rays, dropped, time, ended, estimates: has_all.then_some(estimates) }
+    }
+}
+
+/// A thread that panicked left nothing half done behind this.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

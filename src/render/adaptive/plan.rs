@@ -1,0 +1,89 @@
+//! Decides which blocks get more samples.
+
+use super::block::{Block, Blocks, MOST_LOG_SAMPLES, SEQUENCES};
+use crate::error_estimate::Estimates;
+use crate::film::Film;
+
+/// One sequence of one block, whose samples are to be doubled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Unit {
+    pub(super) block: usize,
+    pub(super) sequence: usize,
+}
+
+/// No block counts as having less than this part of the mean variance, and so none has less than its root, a sixteenth, of the mean
+/// number of samples: where nothing has been seen yet, something may still come.
+const LEAST_VARIANCE: f64 = 1.0 / 256.0;
+
+/// The part of a block's own variance in what decides; the rest is that of the blocks around it.
+const OWN: f64 = 0.5;
+
+impl Blocks {
+    /// The units that take most from the error for each sample: as many as fit among `room` samples, and no more than it takes to leave
+    /// the part `left` of the squared error; the largest first, so that threads end together.
+    pub(super) fn plan(&self, film: &Film, estimates: &Estimates, (room, left): (u64, f64)) -> Vec<Unit> {
+        let variances = [0, 1].map(|sequence| self.smoothed(&self.variances(film, estimates, sequence)));
+        let mut units: Vec<(f64, u64, Unit)> = Vec::with_capacity(self.all.len() * SEQUENCES);
+        let mut error = 0.0;
+        for unit in self.all_units() {
+            let samples = self.all[unit.block].samples(unit.sequence);
+            if samples >= 1 << MOST_LOG_SAMPLES {
+                continue;
+            }
+            // What the other sequence says.
+            let variance = variances[1 - unit.sequence][unit.block];
+            error += self.all[unit.block].bounds.pixels() as f64 * variance / samples as f64;
+            units.push((variance / (samples * samples) as f64, samples, unit));
+        }
+        units.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let (mut room, enough) = (room, error * (1.0 - left));
+        let (mut taken, mut plan): (f64, Vec<(u64, Unit)>) = (0.0, Vec::new());
+        for (gain, samples, unit) in units {
+            let cost = samples * self.all[unit.block].bounds.pixels();
+            if cost <= room {
+                room -= cost;
+                plan.push((cost, unit));
+                // Half of this sequence's part.
+                taken += gain * cost as f64 / 2.0;
+            }
+            if room < self.pixels_of_smallest() || taken >= enough {
+                break;
+            }
+        }
+        plan.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(&b.1)));
+        plan.into_iter().map(|(_, unit)| unit).collect()
+    }
+
+    fn pixels_of_smallest(&self) -> u64 {
+        self.all.iter().map(|block| block.bounds.pixels()).min().unwrap_or(0)
+    }
+
+    /// Each block's mean variance per sample, relative to radiance, as one sequence's halves say; `None` where a block has no pixel
+    /// of the picture.
+    fn variances(&self, film: &Film, estimates: &Estimates, sequence: usize) -> Vec<Option<f64>> {
+        let (whole, darkness) = (film.area(), estimates.darkness());
+        let of = |block: &Block| {
+            let area = block.bounds.intersection(whole);
+            let of_picture = crate::image::Area { x: area.x - whole.x, y: area.y - whole.y, ..area };
+            let mean = estimates.of_replicate(of_picture, sequence, darkness);
+            (area.pixels() > 0).then_some(mean * block.samples(sequence) as f64)
+        };
+        self.all.iter().map(of).collect()
+    }
+
+    /// The same with what is around each, and not below a part of the mean.
+    fn smoothed(&self, variances: &[Option<f64>]) -> Vec<f64> {
+        let smooth = |block: usize| {
+            let others = self.around(block).filter(|&other| other != block).filter_map(|other| variances[other]);
+            let (sum, count) = others.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+            let around = if count > 0.0 { Some(sum / count) } else { None };
+            match (variances[block], around) {
+                (Some(own), Some(around)) => OWN * own + (1.0 - OWN) * around,
+                (own, around) => own.or(around).unwrap_or(0.0),
+            }
+        };
+        let smoothed: Vec<f64> = (0..variances.len()).map(smooth).collect();
+        let least = LEAST_VARIANCE * smoothed.iter().sum::<f64>() / smoothed.len().max(1) as f64;
+        smoothed.into_iter().map(|variance| variance.max(least)).collect()
+    }
+}
