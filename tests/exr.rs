@@ -37,8 +37,8 @@ fn emitting_room(radiance: f32) -> String {
 fn a_limit_is_told_by_the_file() {
     let desk = Desk::new();
     fs::write(desk.path("room.xml"), emitting_room(5.0)).unwrap();
-    let limited = |limit: &str| {
-        desk.succeeds(&["render", "room.xml", "--spp=4", "-q", "-o", "a.exr", limit]);
+    let limited = |arguments: &[&str]| {
+        desk.succeeds(&[&["render", "room.xml", "--spp=4", "-q", "-o", "a.exr"], arguments].concat());
         let image = read(&desk, "a.exr");
         let Some(AttributeValue::Text(bias)) = image.layer_data[0].attributes.other.get(&Text::from("snell.bias"))
         else {
@@ -46,10 +46,12 @@ fn a_limit_is_told_by_the_file() {
         };
         (bias.to_string(), values(&image).iter().flatten().copied().fold(0.0, f32::max))
     };
-    let (bias, brightest) = limited("--clamp=7.5");
+    let (bias, brightest) = limited(&["--clamp=7.5"]);
     assert_eq!((bias.as_str(), brightest), ("clamp 7.5", 7.5));
-    let (bias, brightest) = limited("--clamp=1e9");
+    let (bias, brightest) = limited(&["--clamp=1e9"]);
     assert!(bias == "clamp 1000000000" && brightest > 7.5);
+    assert_eq!(limited(&["--regularize"]).0, "regularize");
+    assert_eq!(limited(&["--clamp=7.5", "--regularize"]), ("clamp 7.5, regularize".into(), 7.5));
     for bad in ["0", "-1", "nan", "inf", "bright"] {
         let output = desk.snell(&["render", "room.xml", &format!("--clamp={bad}")]);
         assert_eq!(output.status.code(), Some(2));

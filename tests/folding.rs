@@ -47,6 +47,10 @@ fn wall(bsdf: &str) -> String {
     )
 }
 
+fn diffuse(reflectance: &str) -> String {
+    format!(r#"<bsdf type="diffuse"><rgb name="reflectance" value="{reflectance}"/></bsdf>"#)
+}
+
 fn info(desk: &Desk, text: &str) -> String {
     fs::write(desk.path("s.xml"), text).unwrap();
     String::from_utf8(desk.succeeds(&["info", "s.xml"]).stdout).unwrap()
@@ -83,25 +87,23 @@ fn what_is_simpler_than_it_looks_is_that() {
     let desk = Desk::new();
     image::GrayImage::from_pixel(64, 32, image::Luma([255])).save(desk.path("white.png")).unwrap();
     image::GrayImage::from_pixel(2, 2, image::Luma([0])).save(desk.path("black.png")).unwrap();
-    let green = r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.2, 0.7, 0.3"/></bsdf>"#;
-    let red = r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.2, 0.3"/></bsdf>"#;
-    let white = r#"<bsdf type="diffuse"><rgb name="reflectance" value="1"/></bsdf>"#;
+    let [green, red, white] = ["0.2, 0.7, 0.3", "0.7, 0.2, 0.3", "1"].map(diffuse);
     let checkers = r#"<texture name="reflectance" type="checkerboard"><rgb name="color0" value="0.2, 0.7, 0.3"/>
         <rgb name="color1" value="0.2, 0.7, 0.3"/></texture>"#;
     for (bsdf, same, note) in [
         (
             format!(r#"<bsdf type="diffuse">{}</bsdf>"#, bitmap("reflectance", "white.png")),
-            white,
+            &*white,
             "one colour (1, 1, 1) instead of the 2048 bytes of ",
         ),
         (
             format!(r#"<bsdf type="diffuse">{checkers}</bsdf>"#),
-            green,
+            &green,
             "one colour (0.2, 0.7, 0.3) instead of a texture\n",
         ),
         (
             format!(r#"<bsdf type="mask">{}{green}</bsdf>"#, bitmap("opacity", "white.png")),
-            green,
+            &green,
             "the bsdf: an opacity of 1 is no mask\n",
         ),
         (
@@ -111,17 +113,17 @@ fn what_is_simpler_than_it_looks_is_that() {
         ),
         (
             format!(r#"<bsdf type="blendbsdf"><float name="weight" value="0"/>{green}{red}</bsdf>"#),
-            green,
+            &green,
             "the bsdf: a blend of weight 0 is its first bsdf\n",
         ),
         (
             format!(r#"<bsdf type="blendbsdf"><float name="weight" value="1"/>{green}{red}</bsdf>"#),
-            red,
+            &red,
             "the bsdf: a blend of weight 1 is its second bsdf\n",
         ),
         (
             format!(r#"<bsdf type="bumpmap">{}{green}</bsdf>"#, bitmap("bump", "black.png")),
-            green,
+            &green,
             "the bsdf: a bump map of one height has no bumps\n",
         ),
         (

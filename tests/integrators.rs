@@ -115,6 +115,7 @@ fn every_scene_has_a_row() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
+    folders.retain(|name| name != HEAVY_TAILED.name);
     folders.sort();
     assert_eq!(folders, rows);
     assert_eq!(folders, references);

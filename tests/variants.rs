@@ -56,7 +56,7 @@ fn variants_of_the_loop_agree_to_the_last_bit() {
         film.filter = snell::image::Filter::Box;
         assert_eq!((film.width, film.height), (RES, RES), "{name}");
         let scene = compiled(&description, Accelerator::Native);
-        kinds.insert(needs(&scene.features));
+        kinds.insert(needs(&scene));
         for estimator in [Estimator::Path, Estimator::Nee] {
             let mut settings = file_settings(&description, estimator, 1);
             settings.integrator.reuse = PathReuse::Off;

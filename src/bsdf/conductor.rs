@@ -1,7 +1,7 @@
 //! Smooth metal: a mirror that reflects as Fresnel's equations say.
 
 use super::parameter::{Parameter, not_negative};
-use super::{BsdfSample, Lobes, NOTHING, fresnel};
+use super::{BsdfSample, Lobes, Microfacets, NOTHING, RoughConductor, fresnel};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::spectrum::Rgb;
@@ -32,6 +32,11 @@ impl Conductor {
             _ => return false,
         }
         true
+    }
+
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> RoughConductor {
+        RoughConductor::new(Microfacets::of_smooth_twin(), self.eta, self.k, self.reflectance)
     }
 
     /// See [`super::Bsdf::about_albedo`].

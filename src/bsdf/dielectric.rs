@@ -1,7 +1,7 @@
 //! A smooth interface between two dielectrics: reflection and refraction by Fresnel's and Snell's laws.
 
 use super::parameter::{Parameter, not_negative};
-use super::{BsdfSample, Lobes, NOTHING, fresnel};
+use super::{Bsdf, BsdfSample, Lobes, Microfacets, NOTHING, RoughDielectric, fresnel};
 use crate::math::float::sqr;
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -20,6 +20,11 @@ impl Dielectric {
     /// From the index of refraction inside relative to outside, and factors on what is reflected and transmitted.
     pub fn new(eta: f32, reflectance: Rgb, transmittance: Rgb) -> Self {
         Self { eta, reflectance, transmittance }
+    }
+
+    /// See [`super::Bsdf::regularized`]. What has next to no contrast stays as it is.
+    pub(super) fn regularized(self) -> Bsdf {
+        RoughDielectric::bsdf(Microfacets::of_smooth_twin(), self.eta, self.reflectance, self.transmittance)
     }
 
     pub(super) fn lobes(&self) -> Lobes {

@@ -32,6 +32,8 @@ pub struct Disney {
     pub sheen_tint: f32,
     /// Share of the diffuse part that looks like subsurface scattering.
     pub flatness: f32,
+    /// Whether microfacets and coat are rougher than the numbers say: see [`super::Bsdf::regularized`].
+    pub regularized: bool,
 }
 
 impl Default for Disney {
@@ -46,11 +48,17 @@ impl Default for Disney {
             sheen: 0.0,
             sheen_tint: 0.0,
             flatness: 0.0,
+            regularized: false,
         }
     }
 }
 
 impl Disney {
+    /// See [`super::Bsdf::regularized`]. What is diffuse, and its retroreflection, stays as the roughness says.
+    pub(super) fn regularized(self) -> Self {
+        Self { regularized: true, ..self }
+    }
+
     /// Overrides one parameter; whether there is such a one.
     pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
         match parameter {
@@ -75,12 +83,14 @@ impl Disney {
         /// The smallest α, as in Mitsuba.
         const MIN_ALPHA: f32 = 1e-3;
         let alpha = sqr(roughness);
-        if self.anisotropic == 0.0 {
-            let alpha = max(alpha, MIN_ALPHA);
-            return Microfacets::new(Distribution::Ggx, alpha, alpha);
-        }
-        let aspect = safe_sqrt(1.0 - 0.9 * self.anisotropic);
-        Microfacets::new(Distribution::Ggx, max(alpha / aspect, MIN_ALPHA), max(alpha * aspect, MIN_ALPHA))
+        let (u, v) = if self.anisotropic == 0.0 {
+            (alpha, alpha)
+        } else {
+            let aspect = safe_sqrt(1.0 - 0.9 * self.anisotropic);
+            (alpha / aspect, alpha * aspect)
+        };
+        let facets = Microfacets::new(Distribution::Ggx, max(u, MIN_ALPHA), max(v, MIN_ALPHA));
+        if self.regularized { facets.regularized() } else { facets }
     }
 
     /// The base colour with a luminance of one; white if it is black.

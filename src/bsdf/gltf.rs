@@ -107,6 +107,8 @@ pub struct Gltf {
     pub(super) tables: &'static super::energy::Interface,
     /// The coat's normal: the surface's own where the base has another.
     coat_normal: Vec3,
+    /// Whether base and coat are rougher than the parameters say.
+    pub(super) regularized: bool,
     /// What follows from the parameters.
     layers: Layers,
     means: Means,
@@ -151,7 +153,7 @@ const MIRROR: Vec3 = Vec3::new(1.0, 1.0, -1.0);
 impl Gltf {
     /// The least |η − 1| of a solid that refracts: below, light goes straight on. Reason: see
     /// [`super::RoughDielectric`]'s, whose number it is, of a roughness of 1.
-    const LEAST_CONTRAST: f32 = super::RoughDielectric::NARROWEST_LOBE;
+    pub(super) const LEAST_CONTRAST: f32 = super::RoughDielectric::NARROWEST_LOBE;
 
     /// From its parameters, of which those that vary are what they are elsewhere on the surface.
     pub fn new(is: GltfParameters) -> Self {
@@ -163,7 +165,8 @@ impl Gltf {
             Sheen::prepare();
         }
         let (layers, means) = (Layers::default(), Means::default());
-        let mut this = Self { is, transmits: is.transmission > 0.0, tables, coat_normal: Vec3::Z, layers, means };
+        let (transmits, coat_normal) = (is.transmission > 0.0, Vec3::Z);
+        let mut this = Self { is, transmits, tables, coat_normal, regularized: false, layers, means };
         // Makes the other tables, too.
         this.follow();
         this
@@ -210,7 +213,7 @@ impl Gltf {
     }
 
     /// Works out what follows from the parameters.
-    fn follow(&mut self) {
+    pub(super) fn follow(&mut self) {
         self.layers = Layers::new(self);
         self.means = Means::new(self, &self.layers);
     }
@@ -231,13 +234,6 @@ impl Gltf {
     #[inline]
     pub(super) fn refracts(&self) -> bool {
         self.is.solid && self.glass() > 0.0 && !self.is_window()
-    }
-
-    /// Roughness of the base. A smooth base has the smallest roughness that directions in f32 can tell anything about.
-    #[inline]
-    pub(super) fn alpha(&self) -> f32 {
-        let alpha = max(sqr(self.is.roughness), Microfacets::MIN_ALPHA);
-        if self.refracts() { max(alpha, Self::LEAST_CONTRAST / (self.is.ior - 1.0).abs()) } else { alpha }
     }
 
     #[inline]

@@ -58,6 +58,27 @@ pub(super) struct Seen {
 }
 
 impl Gltf {
+    /// See [`super::Bsdf::regularized`]. Sheen is wide anyway, and a window stays one.
+    pub(super) fn regularized(mut self) -> Self {
+        self.regularized = true;
+        self.follow();
+        self
+    }
+
+    /// Roughness of the base. A smooth base has the smallest roughness that directions in f32 can tell anything about.
+    #[inline]
+    pub(super) fn alpha(&self) -> f32 {
+        let alpha = self.alpha_of(self.is.roughness);
+        if self.refracts() { max(alpha, Self::LEAST_CONTRAST / (self.is.ior - 1.0).abs()) } else { alpha }
+    }
+
+    /// The α of facets of this roughness.
+    #[inline]
+    fn alpha_of(&self, roughness: f32) -> f32 {
+        let alpha = max(sqr(roughness), Microfacets::MIN_ALPHA);
+        if self.regularized { Microfacets::regularized_alpha(alpha) } else { alpha }
+    }
+
     /// See [`super::Bsdf::scatters_everywhere`]. A coat is narrow.
     pub(super) fn scatters_everywhere(&self) -> bool {
         let alpha = sqr(self.is.roughness);
@@ -75,7 +96,7 @@ impl Layers {
         let (is, normal) = (&gltf.is, gltf.dielectric_normal().max_component());
         Self {
             alpha: gltf.alpha(),
-            coat_alpha: max(sqr(is.clearcoat_roughness), Microfacets::MIN_ALPHA),
+            coat_alpha: gltf.alpha_of(is.clearcoat_roughness),
             sheen: Sheen::new(is.sheen_roughness),
             fresnel: [is.specular * normal, is.specular * (1.0 - normal)],
         }

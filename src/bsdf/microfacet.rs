@@ -34,6 +34,8 @@ pub enum Distribution {
 pub struct Microfacets {
     distribution: Distribution,
     alpha: Vec2,
+    /// Whether roughness that is given later is raised, too: see [`Self::regularized`].
+    raises: bool,
 }
 
 /// How much of the microfacets is seen from a direction.
@@ -62,19 +64,51 @@ impl Microfacets {
     /// [`Self::MIN_ALPHA`].
     pub fn new(distribution: Distribution, alpha_u: f32, alpha_v: f32) -> Self {
         let alpha = Vec2::new(max(alpha_u, Self::MIN_ALPHA), max(alpha_v, Self::MIN_ALPHA));
-        Self { distribution, alpha }
+        Self { distribution, alpha, raises: false }
+    }
+
+    /// The least roughness of what is regularized.
+    pub(super) const REGULARIZED_ALPHA: f32 = 0.1;
+
+    /// The roughness of the twin that a path meets once it is regularized (pbrt-v4's `TrowbridgeReitzDistribution::Regularize`).
+    /// Kaplanyan and Dachsbacher 2013, *Path Space Regularization for Holistic and Robust Light Transport*, widen lobes until light
+    /// can be sampled for them, and no more.
+    #[inline]
+    pub(super) fn regularized_alpha(alpha: f32) -> f32 {
+        /// What is as rough as this is found well as it is.
+        const ROUGH_ENOUGH: f32 = 0.3;
+        if alpha < ROUGH_ENOUGH { (2.0 * alpha).clamp(Self::REGULARIZED_ALPHA, ROUGH_ENOUGH) } else { alpha }
+    }
+
+    /// Those of what was smooth.
+    pub(super) fn of_smooth_twin() -> Self {
+        Self::new(Distribution::Ggx, 0.0, 0.0).regularized()
+    }
+
+    /// Rougher ones, as is whatever roughness they are given later.
+    #[must_use]
+    pub(super) fn regularized(self) -> Self {
+        let alpha = Vec2::new(Self::regularized_alpha(self.alpha.x), Self::regularized_alpha(self.alpha.y));
+        Self { alpha, raises: true, ..self }
+    }
+
+    /// The roughness that is meant by `alpha`.
+    #[inline]
+    fn meant(&self, alpha: f32) -> f32 {
+        let alpha = max(alpha, Self::MIN_ALPHA);
+        if self.raises { Self::regularized_alpha(alpha) } else { alpha }
     }
 
     /// Another roughness along the first tangent, at least [`Self::MIN_ALPHA`].
     #[inline]
     pub(super) fn set_alpha_u(&mut self, alpha: f32) {
-        self.alpha.x = max(alpha, Self::MIN_ALPHA);
+        self.alpha.x = self.meant(alpha);
     }
 
     /// Another roughness along the second tangent, at least [`Self::MIN_ALPHA`].
     #[inline]
     pub(super) fn set_alpha_v(&mut self, alpha: f32) {
-        self.alpha.y = max(alpha, Self::MIN_ALPHA);
+        self.alpha.y = self.meant(alpha);
     }
 
     /// Its shape.
@@ -230,7 +264,7 @@ impl Microfacets {
     /// another map, from a hemisphere that is seen as a disk and half a disk (Heitz 2018, *Sampling the GGX Distribution of
     /// Visible Normals*), which is Mitsuba's: for quadratures whose result is to be Mitsuba's, error included.
     pub(super) fn visible_line(&self, w: Vec3, along: f32) -> impl Fn(f32) -> Vec3 {
-        let Self { distribution, alpha } = *self;
+        let Self { distribution, alpha, .. } = *self;
         let t = (alpha * w.truncate()).extend(w.z).normalize();
         let slope = match distribution {
             Distribution::Ggx => 0.0,

@@ -22,6 +22,7 @@ mod principled;
 mod principled_thin;
 mod rough_conductor;
 mod rough_dielectric;
+mod rough_pane;
 mod rough_plastic;
 mod sheen;
 mod thin_dielectric;
@@ -41,6 +42,7 @@ pub use principled::{Principled, SeenPrincipled};
 pub use principled_thin::PrincipledThin;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use rough_pane::RoughPane;
 pub use rough_plastic::RoughPlastic;
 pub use thin_dielectric::ThinDielectric;
 
@@ -66,6 +68,8 @@ pub enum Bsdf {
     RoughDielectric(RoughDielectric),
     /// A pane.
     ThinDielectric(ThinDielectric),
+    /// A pane with rough surfaces, which no file has.
+    RoughPane(RoughPane),
     /// A diffuse base under a smooth coat.
     Plastic(Plastic),
     /// A diffuse base under a rough coat.
@@ -123,6 +127,7 @@ macro_rules! each {
             Bsdf::Dielectric($b) => $e,
             Bsdf::RoughDielectric($b) => $e,
             Bsdf::ThinDielectric($b) => $e,
+            Bsdf::RoughPane($b) => $e,
             Bsdf::Plastic($b) => $e,
             Bsdf::RoughPlastic($b) => $e,
             Bsdf::Principled($b) => $e,
@@ -199,6 +204,28 @@ impl Bsdf {
         }
     }
 
+    /// The rougher twin that a path meets once it has been scattered by something that is no mirror: biased, but what it reflects
+    /// or refracts light can be sampled for ([`Microfacets`] have the rule, that of pbrt-v4's `BxDF::Regularize`). Mirrors, smooth
+    /// glass and panes have a rough twin, too, smooth coats become rough ones; where there is nothing narrow, or light
+    /// passes straight on, it is the same. Takes the same parameters as the original.
+    #[must_use]
+    pub fn regularized(self) -> Self {
+        match self {
+            Self::Conductor(b) => Self::RoughConductor(b.regularized()),
+            Self::RoughConductor(b) => Self::RoughConductor(b.regularized()),
+            Self::Dielectric(b) => b.regularized(),
+            Self::RoughDielectric(b) => Self::RoughDielectric(b.regularized()),
+            Self::ThinDielectric(b) => Self::RoughPane(b.regularized()),
+            Self::Plastic(b) => Self::RoughPlastic(b.regularized()),
+            Self::RoughPlastic(b) => Self::RoughPlastic(b.regularized()),
+            Self::Principled(b) => Self::Principled(b.regularized()),
+            Self::SeenPrincipled(b) => Self::SeenPrincipled(b.regularized()),
+            Self::PrincipledThin(b) => Self::PrincipledThin(b.regularized()),
+            Self::Gltf(b) => Self::Gltf(b.regularized()),
+            Self::Diffuse(_) | Self::OrenNayar(_) | Self::RoughPane(_) | Self::Null(_) => self,
+        }
+    }
+
     /// Diffuse reflectance as Mitsuba has it: what a diffuse surface that looked like this one along the normal, seen from
     /// `wo`, would reflect.
     pub fn diffuse_reflectance(&self, wo: Vec3) -> Rgb {
@@ -227,6 +254,7 @@ impl Bsdf {
             Self::Dielectric(_)
             | Self::RoughDielectric(_)
             | Self::ThinDielectric(_)
+            | Self::RoughPane(_)
             | Self::Gltf(_)
             | Self::Null(_) => 1.0,
         };
@@ -248,6 +276,7 @@ impl Bsdf {
             | Self::Dielectric(_)
             | Self::RoughDielectric(_)
             | Self::ThinDielectric(_)
+            | Self::RoughPane(_)
             | Self::PrincipledThin(_)
             | Self::Null(_) => false,
         }

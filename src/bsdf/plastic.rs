@@ -7,7 +7,7 @@
 //! its hue is that of the plastic, as in Mitsuba.
 
 use super::parameter::{Parameter, not_negative};
-use super::{BsdfSample, Lobes, NOTHING, fresnel};
+use super::{BsdfSample, Lobes, Microfacets, NOTHING, RoughPlastic, fresnel};
 use crate::math::float::{min, sqr};
 use crate::math::quadrature::gauss_legendre;
 use crate::sampler::BsdfUniforms;
@@ -63,6 +63,11 @@ impl Plastic {
         let inside = diffuse_fresnel(1.0 / eta);
         let base = Base { reflectance: diffuse_reflectance, inside, nonlinear };
         Self { eta, base, reflectance: specular_reflectance }
+    }
+
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> RoughPlastic {
+        RoughPlastic::returning_all(Microfacets::of_smooth_twin(), self.eta, self.base, self.reflectance)
     }
 
     pub(super) fn lobes(&self) -> Lobes {

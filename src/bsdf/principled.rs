@@ -88,6 +88,11 @@ impl Principled {
         Lobes { smooth: true, delta: false, transmits, anisotropic: self.disney.anisotropic > 0.0 }
     }
 
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> Self {
+        Self { disney: self.disney.regularized(), ..self }
+    }
+
     /// See [`super::Bsdf::scatters_everywhere`]. So does every coat.
     pub(super) fn scatters_everywhere(&self) -> bool {
         let reflects = !(self.disney.spec_trans > 0.0);
@@ -217,7 +222,8 @@ impl Principled {
         /// α of a coat without gloss, and of one with all.
         const DULL: f32 = 0.1;
         const GLOSSY: f32 = 1e-3;
-        Gtr1::new(DULL + self.clearcoat_gloss * (GLOSSY - DULL))
+        let alpha = DULL + self.clearcoat_gloss * (GLOSSY - DULL);
+        Gtr1::new(if self.disney.regularized { Microfacets::regularized_alpha(alpha) } else { alpha })
     }
 
     /// The coat's value times cos θi, and the density of its samples.
@@ -378,6 +384,11 @@ impl Principled {
 }
 
 impl SeenPrincipled {
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> Self {
+        self.own.regularized().look_from(self.wo)
+    }
+
     pub(super) fn lobes(&self) -> Lobes {
         self.own.lobes()
     }

@@ -48,6 +48,11 @@ impl PrincipledThin {
         Lobes { smooth: true, delta: false, transmits: true, anisotropic: self.disney.anisotropic > 0.0 }
     }
 
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> Self {
+        Self { disney: self.disney.regularized(), ..self }
+    }
+
     /// Overrides one parameter; whether there is such a one.
     pub(super) fn set(&mut self, parameter: Parameter, value: Rgb) -> bool {
         match parameter {

@@ -44,6 +44,11 @@ impl RoughConductor {
         self
     }
 
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> Self {
+        Self { facets: self.facets.regularized(), ..self }
+    }
+
     /// The mean reflectance of smooth metal: 2·∫F·μ dμ.
     fn mean(&self) -> Several {
         /// Nodes: the error is below 10⁻⁴.

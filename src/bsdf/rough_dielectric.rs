@@ -80,6 +80,11 @@ impl RoughDielectric {
         self
     }
 
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> Self {
+        Self { facets: self.facets.regularized(), ..self }
+    }
+
     pub(super) fn lobes(&self) -> Lobes {
         Lobes { smooth: true, delta: false, transmits: true, anisotropic: self.facets.is_anisotropic() }
     }

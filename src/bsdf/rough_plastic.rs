@@ -84,18 +84,43 @@ impl RoughPlastic {
         specular_reflectance: Rgb,
         nonlinear: bool,
     ) -> Self {
-        let mut transmittance = [0.0; ANGLES];
-        let mut inside = 0.0;
-        let (outer, inner) = (Rule::new(&facets, eta), Rule::new(&facets, 1.0 / eta));
-        for (i, t) in transmittance.iter_mut().enumerate() {
-            let cos = max(i as f32 / (ANGLES - 1) as f32, SMALLEST_COSINE);
-            let wo = Vec3::new(safe_sqrt((1.0 - cos) * (1.0 + cos)), 0.0, cos);
-            *t = outer.mean(wo, |m| refracted(&facets, wo, eta, m)) as f32;
-            inside += inner.mean(wo, |m| reflected(&facets, wo, 1.0 / eta, m)) * f64::from(cos);
-        }
-        let inside = (2.0 * inside / ANGLES as f64) as f32;
+        let rule = Rule::new(&facets, 1.0 / eta);
+        let seen = |wo: Vec3| rule.mean(wo, |m| reflected(&facets, wo, 1.0 / eta, m)) * f64::from(wo.z);
+        let inside = (2.0 * tabulated().map(seen).sum::<f64>() / ANGLES as f64) as f32;
         let base = Base { reflectance: diffuse_reflectance, inside, nonlinear };
+        Self::over(facets, eta, base, specular_reflectance)
+    }
+
+    /// The same where the base loses nothing if it is white: R = 1 − T̄/η², as under a smooth coat, instead of Mitsuba's mean. Takes
+    /// of `base` but its colour, and whether that counts each time.
+    pub(super) fn returning_all(facets: Microfacets, eta: f32, base: Base, specular_reflectance: Rgb) -> Self {
+        let mut this = Self::over(facets, eta, base, specular_reflectance);
+        // Exact for what is interpolated linearly: 2∫T·μ dμ over an interval from a to b.
+        let step = 1.0 / (ANGLES - 1) as f64;
+        let between = |(i, t): (usize, &[f32])| {
+            let (a, t) = (i as f64 * step, [f64::from(t[0]), f64::from(t[1])]);
+            step * (a * (t[0] + t[1]) + step * (t[0] + 2.0 * t[1]) / 3.0)
+        };
+        let mean: f64 = this.transmittance.windows(2).enumerate().map(between).sum();
+        this.base.inside = (1.0 - mean / f64::from(eta).powi(2)) as f32;
+        this
+    }
+
+    /// The same over a base for which it is known what the coat reflects inside.
+    fn over(facets: Microfacets, eta: f32, base: Base, specular_reflectance: Rgb) -> Self {
+        let mut transmittance = [0.0; ANGLES];
+        let rule = Rule::new(&facets, eta);
+        for (t, wo) in transmittance.iter_mut().zip(tabulated()) {
+            *t = rule.mean(wo, |m| refracted(&facets, wo, eta, m)) as f32;
+        }
         Self { facets, eta, base, reflectance: specular_reflectance, transmittance, several: None }
+    }
+
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> Self {
+        let Self { facets, eta, base, reflectance, several, .. } = self;
+        let twin = Self::new(facets.regularized(), eta, base.reflectance, reflectance, base.nonlinear);
+        if several.is_some() { twin.with_multiple_scattering() } else { twin }
     }
 
     /// The same with what is scattered several times.
@@ -207,6 +232,14 @@ impl RoughPlastic {
 
 /// Instead of a cosine of 0, whose directions lie in the surface; as in Mitsuba.
 const SMALLEST_COSINE: f32 = 1e-6;
+
+/// The directions of view that the coat's transmittance is tabulated for, in the plane of z and x.
+fn tabulated() -> impl Iterator<Item = Vec3> {
+    (0..ANGLES).map(|i| {
+        let cos = max(i as f32 / (ANGLES - 1) as f32, SMALLEST_COSINE);
+        Vec3::new(safe_sqrt((1.0 - cos) * (1.0 + cos)), 0.0, cos)
+    })
+}
 
 /// A rule for integrals over the microfacets that are seen, with as many nodes along each side of the unit square as Mitsuba's.
 struct Rule<'a> {

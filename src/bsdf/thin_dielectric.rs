@@ -5,7 +5,7 @@
 //! section 1.6, without interference).
 
 use super::parameter::{Parameter, not_negative};
-use super::{BsdfSample, Lobes, NOTHING, fresnel};
+use super::{BsdfSample, Lobes, Microfacets, NOTHING, RoughPane, fresnel};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::spectrum::Rgb;
@@ -23,6 +23,11 @@ impl ThinDielectric {
     /// From the index of refraction inside relative to outside, and factors on what is reflected and transmitted.
     pub fn new(eta: f32, reflectance: Rgb, transmittance: Rgb) -> Self {
         Self { eta, reflectance, transmittance }
+    }
+
+    /// See [`super::Bsdf::regularized`].
+    pub(super) fn regularized(self) -> RoughPane {
+        RoughPane::new(Microfacets::of_smooth_twin(), self.eta, self.reflectance, self.transmittance)
     }
 
     pub(super) fn lobes(&self) -> Lobes {

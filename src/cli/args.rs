@@ -33,7 +33,7 @@ pub(super) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Render a scene to a picture.
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Show what a scene holds and needs.
     Info(SceneArgs),
     /// Compare a picture with a reference: errors, perceived difference, statistical tests.

@@ -196,20 +196,24 @@ impl Bench<'_> {
         }))
     }
 
-    /// The scene, once for every accelerator, and which of them each variant uses.
+    /// The scene, once for every accelerator and with regularized paths apart, and which of them each variant uses.
     fn load(&self, job: &[RenderArgs]) -> Result<(Vec<Loaded>, Vec<usize>)> {
         let mut loaded: Vec<Loaded> = Vec::new();
         let mut which = Vec::new();
         // One scene for all numbers of samples, so that only what is varied differs.
         let limits_depth = job.iter().any(|args| Purpose::of(args, None).limits_depth);
         let purpose = Purpose { samples: Some(u32::MAX), limits_depth, ..Purpose::default() };
+        let of = |args: &RenderArgs| (args.scene.accel, args.bias.regularize);
         for (i, args) in job.iter().enumerate() {
-            if let Some(same) = job[..i].iter().position(|a| a.scene.accel == args.scene.accel) {
+            if let Some(same) = job[..i].iter().position(|a| of(a) == of(args)) {
                 which.push(which[same]);
                 continue;
             }
             let (prepared, took) = timed(|| prepare::prepare(&args.scene, purpose, self.stage.pool));
-            let prepared = prepared?;
+            let mut prepared = prepared?;
+            if args.bias.regularize {
+                self.stage.pool.install(|| prepared.scene.regularize());
+            }
             if i == 0 {
                 prepared.warnings.iter().for_each(|warning| self.say(format_args!("warning: {warning}")));
             }

@@ -64,18 +64,8 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     for texture in textures(&p.description) {
         line("texture", texture);
     }
-    for (name, facts) in code::facts(f) {
-        line(name, facts);
-    }
-    for saved in code::saved(f) {
-        line("saved", saved);
-    }
-    line("code", code::variant(scene, i));
-    for folded in p.folded.iter().take(MAX_LISTED) {
-        line("folded", folded.clone());
-    }
-    if p.folded.len() > MAX_LISTED {
-        line("folded", format!("... and {} things more", p.folded.len() - MAX_LISTED));
+    for (name, told) in code::lines(scene, i).into_iter().chain(folded(&p)) {
+        line(name, told);
     }
     let c = scene.centre;
     line("space", format!("centre ({}, {}, {}), lengths × 2^{}", c.x, c.y, c.z, libm::log2(scene.unit)));
@@ -91,6 +81,15 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     // Nobody may be reading.
     let _ = std::io::stdout().write_all(text.as_bytes());
     Ok(())
+}
+
+/// What was simpler than the file says, the first few of it.
+fn folded(p: &Prepared) -> Vec<(&'static str, String)> {
+    let mut lines: Vec<_> = p.folded.iter().take(MAX_LISTED).map(|folded| ("folded", folded.clone())).collect();
+    if p.folded.len() > MAX_LISTED {
+        lines.push(("folded", format!("... and {} things more", p.folded.len() - MAX_LISTED)));
+    }
+    lines
 }
 
 /// Who answers ray queries, and why.

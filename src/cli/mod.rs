@@ -53,7 +53,7 @@ fn shell_line(words: &[OsString]) -> String {
 /// Fails, with the reason, where record and sums do not fit together.
 pub fn check_sums(sums: &Sums) -> Result<(), String> {
     let (record, state) = Record::from_sums(sums)?;
-    record.finish.develop(&state.film, None, &record.outcome(), 0.0, None, |_, _| ());
+    record.finish.develop((&state.film, None), &record.outcome(), 0.0, None, |_, _| ());
     Ok(())
 }
 

@@ -188,7 +188,7 @@ impl Integrator {
         match self.estimator {
             // Who listens has time.
             Estimator::Path if R::LISTENS => walker.run::<path::Path, _>(ids, record, counts, sink),
-            Estimator::Path => match variant::needs(&scene.features) {
+            Estimator::Path => match variant::needs(scene) {
                 (false, false) => walker.run::<path::Path<Of<false, false>>, _>(ids, record, counts, sink),
                 (false, true) => walker.run::<path::Path<Of<false, true>>, _>(ids, record, counts, sink),
                 (true, false) => walker.run::<path::Path<Of<true, false>>, _>(ids, record, counts, sink),

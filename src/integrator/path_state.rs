@@ -54,6 +54,8 @@ pub(super) struct PathState {
     pub(super) stream: Stream,
     /// Whether it met a surface: what alpha counts.
     pub(super) met: bool,
+    /// Whether it was scattered by something that is no mirror. Kept only where paths are regularized.
+    pub(super) scattered: bool,
     /// Whether it goes on.
     pub(super) alive: bool,
 }

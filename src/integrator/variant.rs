@@ -4,11 +4,11 @@
 //! asked for where it matters (docs/benchmarks.md, "What absent features cost"). A variant computes the same bits as every other
 //! that fits the scene.
 
-use crate::scene::Features;
+use crate::scene::Scene;
 
 /// The facts that a variant takes for granted where they are false.
 pub trait Variant {
-    /// Materials may be worked out at each point, depend on tangents, let light through or absorb it.
+    /// Materials may be worked out at each point, depend on tangents, let light through or absorb it, or become rougher.
     const ANY_MATERIALS: bool;
 
     /// There may be several lights, and skies.
@@ -27,7 +27,9 @@ impl<const MATERIALS: bool, const LIGHTS: bool> Variant for Of<MATERIALS, LIGHTS
 pub type Any = Of<true, true>;
 
 /// Whether a scene needs the variants of any materials, and those of any lights.
-pub fn needs(f: &Features) -> (bool, bool) {
-    let materials = f.varying_materials > 0 || f.anisotropy || f.transmission || f.volumes;
+pub fn needs(scene: &Scene) -> (bool, bool) {
+    let f = &scene.features;
+    let varies = f.varying_materials > 0 || f.anisotropy || scene.regularizes();
+    let materials = varies || f.transmission || f.volumes;
     (materials, f.lights() > 1 || f.infinite_lights > 0)
 }

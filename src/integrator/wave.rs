@@ -27,7 +27,7 @@ use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
 use crate::sampler::{Batch, BsdfUniforms, Sampler};
 use crate::sampling::pdf::SolidAnglePdf;
-use crate::scene::{AHEAD, Ahead, Scene, Surface};
+use crate::scene::{AHEAD, Ahead, Met, Scene, Surface};
 use crate::shape::offset::SurfacePoint;
 use crate::spectrum::Rgb;
 use fearless_simd::{Level, Simd};
@@ -192,6 +192,7 @@ impl Walker<'_> {
             id,
             stream: self.sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index),
             met: false,
+            scattered: false,
             alive: true,
         }
     }
@@ -304,9 +305,10 @@ impl Walker<'_> {
             return end(path, "the depth limit", record);
         }
         let looked_at = || wave.ahead.met(index % AHEAD);
-        let surface = match T::Variant::ANY_MATERIALS {
-            true => self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers),
-            false => self.scene.plain_surface(&path.ray, hit),
+        let surface = match (T::Variant::ANY_MATERIALS, self.scene.regularizes()) {
+            (false, _) => self.scene.plain_surface(&path.ray, hit),
+            (true, false) => self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers),
+            (true, true) => self.regularized(path, hit, looked_at(), &mut wave.layers),
         };
         if self.absorbs::<T>() {
             self.absorb(path, &surface, hit);
@@ -341,6 +343,23 @@ impl Walker<'_> {
     #[inline(always)]
     pub(super) fn absorbs<T: Technique>(&self) -> bool {
         T::Variant::ANY_MATERIALS && self.scene.absorbs()
+    }
+
+    /// What a path meets where paths are regularized: something rougher once it has been scattered by what is no mirror. Not
+    /// inlined, as few renders are so.
+    #[inline(never)]
+    fn regularized<'s>(
+        &'s self,
+        path: &mut PathState,
+        hit: Hit,
+        met: Option<&Met>,
+        layers: &'s mut Vec<Layer>,
+    ) -> Surface<'s> {
+        path.scattered |= matches!(path.segment, Segment::Smooth { .. });
+        match path.scattered {
+            false => self.scene.surface_looked_at(&path.ray, hit, || met, layers),
+            true => self.scene.rougher_surface(&path.ray, hit, met, layers),
+        }
     }
 
     /// Sends a path on from a surface by its bsdf, or ends it. It had `met` something before.

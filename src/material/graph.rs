@@ -172,6 +172,17 @@ impl Graph {
         self.nodes.iter().any(|node| matches!(node, Node::Mask { .. }))
     }
 
+    /// The same of rougher twins ([`Bsdf::regularized`]).
+    pub fn regularized(&self) -> Self {
+        let mut twin = self.clone();
+        for node in &mut twin.nodes {
+            if let Node::Leaf { bsdf, .. } = node {
+                *bsdf = bsdf.clone().regularized();
+            }
+        }
+        twin
+    }
+
     /// Every bsdf in it.
     pub fn bsdfs(&self) -> impl Iterator<Item = &Bsdf> {
         /// What a mask has besides.

@@ -49,6 +49,17 @@ impl Sides {
 }
 
 impl Material {
+    /// The same of rougher twins ([`Bsdf::regularized`]).
+    #[must_use]
+    pub fn regularized(&self) -> Self {
+        match self {
+            Self::Plain(Sides { front, back }) => {
+                Self::Plain(Sides { front: front.clone().regularized(), back: back.clone().map(Bsdf::regularized) })
+            }
+            Self::Varying(graph) => Self::Varying(graph.regularized()),
+        }
+    }
+
     /// The lobes of all bsdfs in it.
     pub fn lobes(&self) -> Lobes {
         match self {

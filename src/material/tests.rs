@@ -28,9 +28,13 @@ fn textures(colours: &[Rgb]) -> Textures {
 }
 
 fn layers(nodes: Vec<Node>, textures: &Textures, wo: Vec3) -> Vec<Layer> {
+    resolved(&Graph::new(nodes), textures, wo)
+}
+
+fn resolved(graph: &Graph, textures: &Textures, wo: Vec3) -> Vec<Layer> {
     let place = Place { point: TexturePoint::new(Vec2::ZERO), wo, dp: [Vec3::X, Vec3::Y], mirrored: false };
     let mut layers = Vec::new();
-    Graph::new(nodes).resolve(textures, &place, &mut layers);
+    graph.resolve(textures, &place, &mut layers);
     layers
 }
 
@@ -248,6 +252,40 @@ fn a_texture_gives_a_parameter_its_value() {
     let layers = layers(nodes, &textures(&[Rgb::new(0.1, 0.2, 0.3)]), Vec3::Z);
     let expected = Conductor { eta: Rgb::WHITE, k: Rgb::BLACK, reflectance: Rgb::new(0.1, 0.2, 0.3) };
     assert_eq!(layers[0].bsdf, Bsdf::Conductor(expected));
+}
+
+/// Of a mirror that is blended, masked, two-sided and under a normal map, everything but the hole has a twin with a density; a
+/// texture of roughness is raised where it is small.
+#[test]
+fn everything_in_a_graph_has_a_rougher_twin() {
+    use crate::bsdf::Parameter;
+    let mirror = crate::bsdf::Conductor { eta: Rgb::WHITE, k: Rgb::WHITE, reflectance: Rgb::WHITE };
+    let textured = |alpha: f32| {
+        let facets = Microfacets::new(Distribution::Ggx, alpha, alpha);
+        Bsdf::RoughConductor(RoughConductor::new(facets, Rgb::WHITE, Rgb::WHITE, Rgb::WHITE))
+    };
+    let nodes = vec![
+        leaf(Bsdf::Conductor(mirror)),
+        Node::Leaf {
+            bsdf: textured(0.7),
+            varying: vec![(Parameter::AlphaU, 0), (Parameter::AlphaV, 0)],
+            coat_normal: None,
+        },
+        Node::Blend { first: 0, second: 1, weight: Number::Constant(0.5) },
+        Node::TwoSided { front: 2, back: 2 },
+        perturbed(3, 1, false, false),
+        Node::Mask { nested: 4, opacity: Number::Constant(0.5) },
+    ];
+    let textures = textures(&[Rgb::splat(0.08), encoded(Vec3::new(0.1, 0.1, 1.0))]);
+    let twin = Graph::new(nodes).regularized();
+    for wo in [towards(0.1, 0.2, 0.9), towards(0.1, 0.2, -0.9)] {
+        let layers = resolved(&twin, &textures, wo);
+        let [first, second, hole] = &layers[..] else { unreachable!("three layers") };
+        assert_eq!(first.bsdf, Bsdf::Conductor(mirror).regularized());
+        assert_eq!(second.bsdf, textured(0.08).regularized());
+        assert_eq!(hole.bsdf, Bsdf::Null(crate::bsdf::Null));
+        assert!(first.bsdf.lobes().smooth && !first.bsdf.lobes().delta);
+    }
 }
 
 #[test]

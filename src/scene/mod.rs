@@ -34,6 +34,7 @@ use crate::shape::uv::{UvField, UvPoint};
 use crate::spectrum::Rgb;
 use crate::texture::{MeshPoint, MeshValues, TexturePoint, Textures};
 use glam::{DVec3, Vec2, Vec3};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The picture that the scene's camera takes.
@@ -85,6 +86,8 @@ pub struct Scene {
     pub appearances: Vec<Appearance>,
     /// Every surface description in use.
     pub materials: Vec<Material>,
+    /// What a path meets in place of each of them once it is regularized ([`Material::regularized`]). Empty if paths are not.
+    pub rougher: Vec<Material>,
     /// What is inside of surfaces of each material: the absorption coefficient, per the compiled scene's unit of length; `None`
     /// for materials without an inside. Empty if nothing absorbs.
     pub absorption: Vec<Option<Rgb>>,
@@ -130,14 +133,38 @@ impl Scene {
         met: impl FnOnce() -> Option<&'m Met>,
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
+        self.surface_of(&self.materials, (ray, hit), met, layers)
+    }
+
+    /// The same as paths meet it that are regularized, of which the scene must know.
+    #[inline(never)]
+    pub fn rougher_surface<'a>(
+        &'a self,
+        ray: &Ray,
+        hit: Hit,
+        met: Option<&Met>,
+        layers: &'a mut Vec<Layer>,
+    ) -> Surface<'a> {
+        self.surface_of(&self.rougher, (ray, hit), || met, layers)
+    }
+
+    /// The surface, of one of these materials.
+    #[inline(always)]
+    fn surface_of<'a, 'm>(
+        &'a self,
+        materials: &'a [Material],
+        (ray, hit): (&Ray, Hit),
+        met: impl FnOnce() -> Option<&'m Met>,
+        layers: &'a mut Vec<Layer>,
+    ) -> Surface<'a> {
         let appearance = self.appearances[hit.shape as usize];
-        let material = &self.materials[appearance.material as usize];
+        let material = &materials[appearance.material as usize];
         has(Feature::Textures, matches!(material, Material::Varying(_)));
         let material = match material {
             Material::Plain(sides) => sides,
             Material::Varying(graph) => return self.varying_surface(ray, hit, met(), graph, layers),
         };
-        let mut surface = self.surface_of(ray, hit, appearance, material);
+        let mut surface = self.surface_by(ray, hit, appearance, material);
         has(Feature::Tangents, appearance.tangents.is_some());
         if let Some(field) = appearance.tangents {
             surface.frame = self.anisotropic_frame(field, hit.primitive, surface.frame.n, surface.point);
@@ -151,13 +178,13 @@ impl Scene {
     pub fn plain_surface(&self, ray: &Ray, hit: Hit) -> Surface<'_> {
         let appearance = self.appearances[hit.shape as usize];
         match &self.materials[appearance.material as usize] {
-            Material::Plain(sides) => self.surface_of(ray, hit, appearance, sides),
+            Material::Plain(sides) => self.surface_by(ray, hit, appearance, sides),
             Material::Varying(_) => unreachable!("the scene has no material that varies"),
         }
     }
 
     #[inline(always)]
-    fn surface_of<'a>(&'a self, ray: &Ray, hit: Hit, appearance: Appearance, material: &'a Sides) -> Surface<'a> {
+    fn surface_by<'a>(&'a self, ray: &Ray, hit: Hit, appearance: Appearance, material: &'a Sides) -> Surface<'a> {
         let shape = &self.shapes[hit.shape as usize];
         has(Feature::Quadrics, shape.is_quadric());
         has(Feature::Instances, matches!(shape, Shape::Placed(_)));
@@ -232,6 +259,19 @@ impl Scene {
         let field = self.appearances[hit.shape as usize].uvs.map(|uvs| &self.uvs[uvs as usize]);
         let at = |field: &UvField| field.at(shape, hit.primitive, shape.meet(ray, hit.primitive).point.p).uv;
         field.map_or(Vec2::ZERO, at)
+    }
+
+    /// Regularizes paths from now on, which is biased: once a path has been scattered by something that is no mirror, it meets
+    /// rougher materials (Kaplanyan and Dachsbacher 2013, *Path Space Regularization for Holistic and Robust Light Transport*, as
+    /// simplified by pbrt-v4).
+    pub fn regularize(&mut self) {
+        self.rougher = self.materials.par_iter().map(Material::regularized).collect();
+    }
+
+    /// Whether paths are regularized.
+    #[inline(always)]
+    pub fn regularizes(&self) -> bool {
+        !self.rougher.is_empty()
     }
 
     /// Whether something absorbs light inside of it.

@@ -14,7 +14,7 @@ pub use snell::check::rooms::*;
 #[allow(unused_imports, reason = "each test file uses its own part of this")]
 pub use estimate::{Estimate, Worst};
 #[allow(unused_imports, reason = "each test file uses its own part of this")]
-pub use references::{REFERENCES, RES, Reference, read_reference};
+pub use references::{HEAVY_TAILED, REFERENCES, RES, Reference, read_reference};
 
 use glam::DVec3;
 use snell::accel::Accelerator;

@@ -34,6 +34,7 @@ pub(super) fn principled(text: &str, base_color: Rgb) -> Bsdf {
         sheen: or_0("sheen"),
         sheen_tint: or_0("sheen_tint"),
         flatness: or_0("flatness"),
+        regularized: false,
     };
     match plugin {
         "principled" => {

@@ -87,9 +87,23 @@ fn a_parameter_that_is_set_is_as_good_as_given() {
 }
 
 #[test]
-fn no_number_gets_out_of_range() {
+fn a_twin_takes_the_parameters_of_its_original() {
     for (bsdf, parameters) in all() {
         for &parameter in &parameters {
+            for value in [Rgb::splat(0.01), GREEN / 3.0, GREEN, Rgb::WHITE] {
+                let (mut early, mut late) = (bsdf.clone().regularized(), bsdf.clone());
+                early.set(parameter, value);
+                late.set(parameter, value);
+                assert_eq!(early, late.regularized(), "{parameter:?} {value:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_number_gets_out_of_range() {
+    for (bsdf, parameters) in all() {
+        for (&parameter, bsdf) in parameters.iter().flat_map(|p| [(p, bsdf.clone()), (p, bsdf.clone().regularized())]) {
             for value in [-1.0, 0.0, 0.5, 1.0, 3.0, f32::NAN] {
                 let mut bsdf = bsdf.clone();
                 bsdf.set(parameter, Rgb::splat(value));

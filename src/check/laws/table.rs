@@ -63,6 +63,7 @@ pub(crate) fn table() -> &'static [Row] {
         rows.extend(thin());
         rows.extend(super::gltf::rows());
         rows.extend(super::gltf::compensated_rows());
+        rows.extend(regularized(&rows));
         rows
     });
     &TABLE
@@ -126,6 +127,39 @@ fn interfaces() -> Vec<Row> {
     rows
 }
 
+/// The rougher twins of what is smooth, and of some that are not: they obey what their originals obey.
+fn regularized(rows: &[Row]) -> Vec<Row> {
+    const BEGIN: [&str; 9] = [
+        "mirror",
+        "smooth dielectric",
+        "pane",
+        "metal Beckmann (0.05, 0.4)",
+        "glass 1.5 Ggx (0.02, 0.02)",
+        "plastic 1.5 Rgb(Vec3(1",
+        "plastic 2.4 Rgb(Vec3(1",
+        "plastic 0.6666667 Rgb(Vec3(1",
+        "plastic 1.5 Ggx 0.1 ",
+    ];
+    const NAMES: [&str; 12] = [
+        "principled white 0.03",
+        "principled metal 0.03",
+        "principled coat 1 0.03",
+        "principled glass 1.5 0.03",
+        "principled mixed 0.03",
+        "thin principled white 0.03",
+        "thin principled pane 1.5 0.03",
+        "thin principled mixed 0.03",
+        "glTF white 0.001",
+        "glTF glass 0.001",
+        "glTF coated 0.3",
+        "glTF mixed solid 0.3",
+    ];
+    let is_wanted = |name: &str| NAMES.contains(&name) || BEGIN.iter().any(|start| name.starts_with(start));
+    let twin =
+        |row: &Row| Row { name: format!("regularized {}", row.name), bsdf: row.bsdf.clone().regularized(), ..*row };
+    rows.iter().filter(|row| is_wanted(&row.name)).map(twin).collect()
+}
+
 fn rough_diffuse() -> Vec<Row> {
     let mut rows = Vec::new();
     for roughness in [0.0, 1e-3, 0.3, 1.0] {
@@ -179,6 +213,7 @@ fn mixed(roughness: f32) -> Disney {
         sheen: 0.5,
         sheen_tint: 0.6,
         flatness: 0.7,
+        regularized: false,
     }
 }
 
@@ -332,6 +367,7 @@ fn extreme_principled() -> Vec<(String, Bsdf)> {
             sheen: bit(5),
             sheen_tint: bit(6),
             flatness: bit(7),
+            regularized: false,
         };
         let solid = Principled { disney, metallic: bit(8), clearcoat: bit(9), clearcoat_gloss: bit(10) };
         all.push((format!("{solid:?}"), Bsdf::Principled(solid)));

@@ -9,12 +9,18 @@ pub(in crate::cli) struct BiasArgs {
     /// is too dark where they were right. The file says so.
     #[arg(long, value_name = "RADIANCE", value_parser = radiance)]
     pub(in crate::cli) clamp: Option<f32>,
+    /// Once a path has been scattered by something that is no mirror, it meets rougher surfaces: much less noise where light comes
+    /// through glass or off mirrors, but blurred there. The file says so.
+    #[arg(long)]
+    pub(in crate::cli) regularize: bool,
 }
 
 impl BiasArgs {
     /// What a file says of it.
     pub(in crate::cli) fn text(&self) -> String {
-        self.clamp.map_or_else(|| "none".into(), |most| format!("clamp {most}"))
+        let clamp = self.clamp.map(|most| format!("clamp {most}"));
+        let all: Vec<String> = clamp.into_iter().chain(self.regularize.then(|| "regularize".into())).collect();
+        if all.is_empty() { "none".into() } else { all.join(", ") }
     }
 }
 

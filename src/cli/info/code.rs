@@ -42,8 +42,16 @@ fn all(f: Features) -> [Fact; 15] {
     ]
 }
 
+/// All that is to be said, each thing with its name.
+pub(super) fn lines(scene: &Scene, integrator: &Integrator) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::from(facts(scene.features));
+    lines.extend(saved(scene.features).into_iter().map(|saved| ("saved", saved)));
+    lines.push(("code", variant(scene, integrator)));
+    lines
+}
+
 /// What the scene has of what not every scene has, and what it has not.
-pub(super) fn facts(f: Features) -> [(&'static str, String); 2] {
+fn facts(f: Features) -> [(&'static str, String); 2] {
     let names = |there: bool| {
         let names: Vec<&str> = all(f).iter().filter(|fact| fact.is_there == there).map(|fact| fact.name).collect();
         names.join(", ")
@@ -52,13 +60,13 @@ pub(super) fn facts(f: Features) -> [(&'static str, String); 2] {
 }
 
 /// What the render does not do, a line for each thing that the scene lacks.
-pub(super) fn saved(f: Features) -> Vec<String> {
+fn saved(f: Features) -> Vec<String> {
     let missing = all(f).into_iter().filter(|fact| !fact.is_there && !fact.spared.is_empty());
     missing.map(|fact| format!("without {}: {}", fact.name, fact.spared)).collect()
 }
 
 /// Which of the compiled variants of the loop over paths renders the scene as its file says.
-pub(super) fn variant(scene: &Scene, integrator: &Integrator) -> String {
+fn variant(scene: &Scene, integrator: &Integrator) -> String {
     let technique = match integrator.kind {
         IntegratorKind::Path | IntegratorKind::Direct => "path",
     };
@@ -67,7 +75,7 @@ pub(super) fn variant(scene: &Scene, integrator: &Integrator) -> String {
     } else {
         "quantities beside radiance"
     };
-    let (any_materials, any_lights) = needs(&scene.features);
+    let (any_materials, any_lights) = needs(scene);
     let materials = if any_materials { "any" } else { "plain" };
     let lights = if any_lights { "any lights" } else { "one lamp at most" };
     let looks = if scene.looks_ahead() { "hits looked at ahead" } else { "hits looked at one by one" };

@@ -129,7 +129,11 @@ impl Walker<'_> {
         paths: &mut [PathState],
         layers: &mut Vec<Layer>,
     ) {
-        let surface = self.scene.surface(&apart.ray, joint.hit, layers);
+        // Whoever finds a joint has been scattered before.
+        let surface = match self.scene.regularizes() {
+            false => self.scene.surface(&apart.ray, joint.hit, layers),
+            true => self.scene.rougher_surface(&apart.ray, joint.hit, None, layers),
+        };
         let [own, to_light, onwards] = [surface.wo, apart.to_light, apart.onwards].map(|w| surface.frame.to_local(w));
         let scatter = |wo: Vec3, wi: Vec3, arrives: Rgb| match arrives.is_black() {
             true => Rgb::BLACK,

@@ -321,6 +321,7 @@ fn disney(shared: description::PrincipledShared) -> Disney {
         sheen: shared.sheen as f32,
         sheen_tint: shared.sheen_tint as f32,
         flatness: shared.flatness as f32,
+        regularized: false,
     }
 }
 

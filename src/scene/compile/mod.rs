@@ -103,6 +103,7 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         appearances: look.appearances,
         absorption: look.materials.absorption(),
         materials: look.materials.all,
+        rougher: Vec::new(),
         textures: place.textures,
         tangents: look.tangents,
         uvs: look.uvs,

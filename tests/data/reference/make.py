@@ -30,6 +30,7 @@ NAMES = [
     "many-lights",
     "million",
     "plates",
+    "rough-glass-caustic",
     "shelf",
 ]
 

@@ -5,6 +5,7 @@ use super::has_lights_without_size;
 use crate::description::{
     Bsdf, BsdfId, BsdfKind, Microfacets, NormalSource, Parameter, SceneDescription, TextureId, Varying,
 };
+use crate::math::float::{max, min};
 use std::collections::HashSet;
 
 /// The roughness α below which a lobe cannot be told from a mirror's. Reason: a half vector has a length of about 1, and the
@@ -65,7 +66,7 @@ fn known_numbers(kind: &mut BsdfKind, constants: &Constants) {
         && let Some(value) = constants.number(texture)
     {
         // As at a point: NaN is 0.
-        *number = Varying::Constant(f64::from(value.max(0.0).min(1.0)));
+        *number = Varying::Constant(f64::from(min(max(value, 0.0), 1.0)));
     }
 }
 
