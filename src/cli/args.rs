@@ -1,9 +1,11 @@
 //! The arguments.
 
+mod beside;
 mod bias;
 mod goal;
 mod keep;
 
+pub(super) use beside::BesideArgs;
 pub(super) use bias::BiasArgs;
 pub(super) use goal::GoalArgs;
 pub(super) use keep::{KeepArgs, MergeArgs, Shard};
@@ -310,6 +312,8 @@ pub(super) struct RenderArgs {
     pub(super) env_visible: bool,
     #[command(flatten)]
     pub(super) bias: BiasArgs,
+    #[command(flatten)]
+    pub(super) beside: BesideArgs,
     #[command(flatten)]
     pub(super) keep: KeepArgs,
     /// Write figures about the render as JSON.
