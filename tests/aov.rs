@@ -274,7 +274,7 @@ fn numbers_are_those_of_the_first_sample() {
                 expected = [hit.primitive, hit.shape, material].map(|index| index + 1);
             }
         };
-        s.integrator.replay(&scene, &s.sampler, SampleId { x, y, index: 0 }, &mut listen);
+        s.integrator.replay(&scene, &s.sampler, SampleId { x, y, index: 0 }, false, &mut listen);
         let i = (y * N + x) as usize;
         assert_eq!([got[0][i], got[1][i], got[2][i]], expected, "pixel {x},{y}");
     }

@@ -107,7 +107,7 @@ fn replay_tells_the_shared_radiance() {
             Event::Shared => shares = true,
             _ => {}
         };
-        settings.integrator.replay(&scene, &settings.sampler, SampleId { x, y, index: 0 }, &mut listen);
+        settings.integrator.replay(&scene, &settings.sampler, SampleId { x, y, index: 0 }, false, &mut listen);
         let seen: Rgb = picture.pixels()[(y * RES as i32 + x) as usize];
         let told = radiance.expect("the path was walked");
         assert!(shares);

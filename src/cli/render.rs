@@ -51,7 +51,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     }
     let (settings, integrator) = settings(args, &prepared, &pool)?;
     if let Some(id) = args.replay {
-        return replay::run(&prepared.scene, &settings, id).map(|()| ExitCode::SUCCESS);
+        return replay::run(&prepared.scene, &settings, id, args.goal.is_adaptive()).map(|()| ExitCode::SUCCESS);
     }
     tell(args, &prepared, &settings, integrator, &say);
     let format = pixel_format(args, &prepared);

@@ -9,8 +9,8 @@ use crate::scene::Scene;
 use crate::spectrum::Rgb;
 use std::io::Write;
 
-/// Traces sample `id` alone and prints what happens to it. Points and distances are in the file's space.
-pub(super) fn run(scene: &Scene, settings: &RenderSettings, id: SampleId) -> Result<()> {
+/// Traces sample `id` alone, of a render in `blocks` or one in tiles, and prints what happens to it. Points and distances are in the file's space.
+pub(super) fn run(scene: &Scene, settings: &RenderSettings, id: SampleId, blocks: bool) -> Result<()> {
     let (w, h) = scene.film.size;
     let whole = Crop { x: 0, y: 0, width: w, height: h };
     if !scene.film.filter.sampled_area(whole, scene.film.sample_border).contains(id.x, id.y) {
@@ -24,7 +24,7 @@ pub(super) fn run(scene: &Scene, settings: &RenderSettings, id: SampleId) -> Res
         // Nobody may be reading.
         let _ = writeln!(out, "{}", describe(scene, event));
     };
-    settings.integrator.replay(scene, &settings.sampler, id, &mut print);
+    settings.integrator.replay(scene, &settings.sampler, id, blocks, &mut print);
     Ok(())
 }
 

@@ -22,7 +22,8 @@
 //! large. Taken at the mean of two of the four halves, and multiplied by the squared difference of the other two, it has nothing to do
 //! with that, but is too large, since 1/r² is convex (a correction by its second derivative helps, and a limit: pixels that are black
 //! in two halves of four have no better guess than that). The estimate is the geometric mean of the two, and half their ratio is part
-//! of its uncertainty.
+//! of its uncertainty. Without the limit the second is much larger where pixels are made by rare samples; then the interval goes up to
+//! that.
 //!
 //! # From halves
 //!
@@ -322,6 +323,10 @@ impl Estimates {
             _ => MOST_SURPRISE_OF_HALVES,
         };
         let (error, surprise) = ((estimate.sum / count).sqrt(), estimate.surprise);
+        if self.parts == Some(Parts::Replicates) {
+            // Those may be right who expect something else.
+            interval.high = interval.high.max(error * surprise.sqrt());
+        }
         PictureError { error, interval, tail: tail_index(own), surprise, most_surprise }
     }
 

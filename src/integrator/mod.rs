@@ -153,15 +153,17 @@ impl Integrator {
         self.hide_emitters || self.hide_environment
     }
 
-    /// Walks one path, and those that share with it, and tells `record` of every step of the one. The picture is cut into tiles
-    /// as in a render of the scene's crop.
-    pub fn replay(&self, scene: &Scene, sampler: &Sampler, id: SampleId, record: &mut impl Record) {
+    /// Walks one path, and those that share with it, and tells `record` of every step of the one. The picture is cut as in a render of
+    /// the scene's crop: into tiles, or with `blocks` into blocks, as where samples go where the error is.
+    pub fn replay(&self, scene: &Scene, sampler: &Sampler, id: SampleId, blocks: bool, record: &mut impl Record) {
         let mut counts = RayCounts::default();
         let mut only = record::Only { id, to: record, spoken_of: false };
         let group = match self.shares(scene) {
             true => {
                 let film = &scene.film;
-                let tile = tile_around(film.filter.sampled_area(film.crop, film.sample_border), id.x, id.y);
+                let sampled = film.filter.sampled_area(film.crop, film.sample_border);
+                // Then a group is cut by nothing but the edge of the picture.
+                let tile = if blocks { sampled } else { tile_around(sampled, id.x, id.y) };
                 reuse::grouped_ids(tile, id.index..id.index + 1)
                     .filter(|&other| reuse::Group::of(other, self.reuse) == reuse::Group::of(id, self.reuse))
                     .collect()
