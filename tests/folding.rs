@@ -98,12 +98,12 @@ fn what_is_simpler_than_it_looks_is_that() {
         ),
         (
             format!(r#"<bsdf type="diffuse">{checkers}</bsdf>"#),
-            &green,
+            &*green,
             "one colour (0.2, 0.7, 0.3) instead of a texture\n",
         ),
         (
             format!(r#"<bsdf type="mask">{}{green}</bsdf>"#, bitmap("opacity", "white.png")),
-            &green,
+            &*green,
             "the bsdf: an opacity of 1 is no mask\n",
         ),
         (
@@ -113,17 +113,17 @@ fn what_is_simpler_than_it_looks_is_that() {
         ),
         (
             format!(r#"<bsdf type="blendbsdf"><float name="weight" value="0"/>{green}{red}</bsdf>"#),
-            &green,
+            &*green,
             "the bsdf: a blend of weight 0 is its first bsdf\n",
         ),
         (
             format!(r#"<bsdf type="blendbsdf"><float name="weight" value="1"/>{green}{red}</bsdf>"#),
-            &red,
+            &*red,
             "the bsdf: a blend of weight 1 is its second bsdf\n",
         ),
         (
             format!(r#"<bsdf type="bumpmap">{}{green}</bsdf>"#, bitmap("bump", "black.png")),
-            &green,
+            &*green,
             "the bsdf: a bump map of one height has no bumps\n",
         ),
         (
