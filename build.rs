@@ -2,10 +2,23 @@
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    leave_out();
     #[cfg(feature = "embree")]
     embree::compile_shim();
     #[cfg(feature = "bindgen")]
     bindings::generate();
+}
+
+/// Tells the compiler which features to leave out: see `src/facts.rs`.
+fn leave_out() {
+    println!("cargo::rerun-if-env-changed=SNELL_WITHOUT");
+    println!("cargo::rustc-check-cfg=cfg(snell_less)");
+    println!("cargo::rustc-check-cfg=cfg(snell_without, values(any()))");
+    let without = std::env::var("SNELL_WITHOUT").unwrap_or_default();
+    for name in without.split(',').filter(|name| !name.is_empty()) {
+        println!("cargo::rustc-cfg=snell_less");
+        println!("cargo::rustc-cfg=snell_without=\"{name}\"");
+    }
 }
 
 #[cfg(feature = "embree")]

@@ -112,6 +112,15 @@ impl Files {
         }
     }
 
+    /// How long a file is that may be read; it is not opened.
+    pub fn bytes(&self, path: &Path) -> Option<u64> {
+        let path = self.resolve(path).ok()?;
+        match &*self.place {
+            Place::Held(files) => files.get(&path).map(|bytes| bytes.len() as u64),
+            Place::Anywhere | Place::Inside(_) => check_regular(std::fs::metadata(path)).ok().map(|about| about.len()),
+        }
+    }
+
     /// One path for all names of a file; the name itself where there is none or it must not be known.
     pub fn identity(&self, path: &Path) -> PathBuf {
         match (&*self.place, self.resolve(path)) {

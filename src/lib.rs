@@ -15,6 +15,7 @@ pub mod cli;
 pub mod description;
 pub mod error;
 pub mod error_estimate;
+pub mod facts;
 pub mod files;
 pub mod film;
 pub mod image;

@@ -40,7 +40,7 @@ fn room(filter: Filter) -> Scene {
 
 #[test]
 fn threads_change_no_bit_and_numbers_differ() {
-    let aovs = Aovs { means: vec![], numbers: vec![], sample_counts: true, sky_counts: false };
+    let aovs = Aovs { means: vec![], numbers: vec![], sample_counts: true, sky_counts: false, looked_at: u32::MAX };
     for reuse in [PathReuse::Off, PathReuse::Blocks] {
         let scene = room(Filter::Gaussian { stddev: 0.5 });
         let mut settings = settings(Estimator::Path, 1);
@@ -108,7 +108,7 @@ fn what_goes_beside_is_put_together_alike() {
     let scene = room(Filter::Gaussian { stddev: 0.5 });
     let aov = |quantity| Aov { quantity, squared: false };
     let means = vec![aov(Quantity::Alpha), aov(Quantity::Radiance)];
-    let aovs = Aovs { means, numbers: vec![], sample_counts: true, sky_counts: true };
+    let aovs = Aovs { means, numbers: vec![], sample_counts: true, sky_counts: true, looked_at: u32::MAX };
     let rendered = adaptive(&scene, &settings(Estimator::Path, 1), 40, &aovs, 2);
     let picture = rendered.film.develop();
     let [red, alpha] = [1, 0].map(|which| rendered.film.means(which));

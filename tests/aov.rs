@@ -39,7 +39,13 @@ const NUMBERS: [Number; 3] = [
 /// Every quantity, plain and squared, and every number.
 fn everything() -> Aovs {
     let means = ALL.iter().flat_map(|&quantity| [false, true].map(|squared| Aov { quantity, squared }));
-    Aovs { means: means.collect(), numbers: NUMBERS.to_vec(), sample_counts: true, sky_counts: true }
+    Aovs {
+        means: means.collect(),
+        numbers: NUMBERS.to_vec(),
+        sample_counts: true,
+        sky_counts: true,
+        looked_at: u32::MAX,
+    }
 }
 
 fn film(scene: &Scene, settings: &RenderSettings, aovs: &Aovs, threads: usize) -> Film {

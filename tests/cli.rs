@@ -38,7 +38,9 @@ fn the_default_output_is_named_after_the_scene() {
 #[test]
 fn info_lists_textures_and_what_is_not_used() {
     let desk = Desk::new();
-    image::RgbImage::new(4, 3).save(desk.path("p.png")).unwrap();
+    let mut picture = image::RgbImage::new(4, 3);
+    picture.put_pixel(1, 2, image::Rgb([255, 0, 0]));
+    picture.save(desk.path("p.png")).unwrap();
     let bitmap = |name: &str, file: &str| {
         format!(r#"<texture {name} type="bitmap"><string name="filename" value="{file}"/></texture>"#)
     };

@@ -32,6 +32,9 @@ use std::process::ExitCode;
 /// What goes wrong here is told and ends the program.
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
+/// Seeds for which estimates from halves are looked at, too.
+const HALVES: u64 = 20;
+
 /// The confidence of all intervals.
 const CONFIDENCE: f64 = 0.95;
 
@@ -148,6 +151,9 @@ fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
             widths.push(known.interval.high / known.error);
             trues.push(truth);
         }
+        if seed >= HALVES {
+            continue;
+        }
         // The estimate of a render with the same number of samples everywhere, from halves.
         let rendered = stage.uniform(samples, seed);
         let truth = stage.reference.error_of(&rendered.film.develop());
@@ -158,6 +164,7 @@ fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
     }
     let own = stage.reference.own_error();
     let part = |n: u64| 100.0 * n as f64 / seeds as f64;
+    let by_halves = 100.0 * covered_by_halves as f64 / seeds.min(HALVES) as f64;
     format!(
         "true {:.3} %, estimate/true {:.3} ({:.3} to {:.3}), covered {:.0} %, the interval a factor of {:.2} wide; from halves {:.3}, covered {:.0} %; tail {:.2}, warned of in \
          {:.0} %; relMSE over the reference's {:.0}",
@@ -168,7 +175,7 @@ fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
         part(covered),
         median(&mut widths),
         median(&mut halves),
-        part(covered_by_halves),
+        by_halves,
         median(&mut tails),
         part(warned),
         (median(&mut trues) / own).powi(2),
@@ -177,24 +184,28 @@ fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
 
 fn target(stage: &Stage, error: f64, seeds: u64) -> String {
     let limits = Limits { samples: None, time: None, error: Some(error), confidence: CONFIDENCE };
-    let (mut reached, mut spent, mut trues) = (0u64, Vec::new(), Vec::new());
+    let (mut reached, mut samples, mut trues, mut halves) = (0u64, Vec::new(), Vec::new(), Vec::new());
     for seed in 0..seeds {
         let rendered = stage.adaptive(&limits, seed);
         let truth = stage.reference.error_of(&rendered.film.develop());
         reached += u64::from(truth <= error && rendered.ended == Ended::Error);
-        // As errors fall with the root of the number, and no faster: so many would have been enough.
-        spent.push((error / truth).powi(2));
         trues.push(truth);
+        let taken = stage.samples_per_pixel(&rendered);
+        samples.push(taken);
+        // With half of the samples, to know how fast the error falls there.
+        let half = stage.adaptive(&counted((taken / 2.0) as u32), seed);
+        halves.push(stage.reference.error_of(&half.film.develop()) / truth);
     }
-    let samples = stage.samples_per_pixel(&stage.adaptive(&limits, 0));
+    let slope = 2.0 * median(&mut halves).log2();
+    let spent = (error / median(&mut trues)).powf(2.0 / slope);
     format!(
-        "target {:.2} %: true {:.3} % (95 % below {:.3} %), reached in {:.0} %, {:.2} times the samples needed, {samples:.0} per pixel; \
+        "target {:.2} %: true {:.3} % (95 % below {:.3} %), reached in {:.0} %, {spent:.2} times the samples needed (of {:.0} per pixel; relMSE falls as N^-{slope:.2}); \
          the reference's error {:.3} %",
         100.0 * error,
         100.0 * median(&mut trues),
         100.0 * quantile(&mut trues, 0.95),
         100.0 * reached as f64 / seeds as f64,
-        median(&mut spent),
+        median(&mut samples),
         100.0 * stage.reference.own_error(),
     )
 }

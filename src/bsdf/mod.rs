@@ -46,6 +46,7 @@ pub use rough_pane::RoughPane;
 pub use rough_plastic::RoughPlastic;
 pub use thin_dielectric::ThinDielectric;
 
+use crate::facts::{Feature, has};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::spectrum::Rgb;
@@ -142,6 +143,12 @@ macro_rules! each {
 use each;
 
 impl Bsdf {
+    /// Whether it lets light through, whatever its parameters are.
+    #[inline(always)]
+    fn always_transmits(&self) -> bool {
+        matches!(self, Self::Dielectric(_) | Self::RoughDielectric(_) | Self::ThinDielectric(_) | Self::Null(_))
+    }
+
     /// f(wo, wi)·|cos θi|, in sr⁻¹ (times the cosine), and the density with which [`Self::sample`] finds `wi`; delta lobes
     /// count as zero in both. One call, because the two share most of their work.
     #[inline(always)]
@@ -156,6 +163,7 @@ impl Bsdf {
     /// keeps the processor waiting.
     #[inline(never)]
     fn eval_pdf_apart(&self, &wo: &Vec3, &wi: &Vec3) -> (Rgb, SolidAnglePdf) {
+        has(Feature::Transmission, self.always_transmits());
         each!(self, b => b.eval_pdf(wo, wi))
     }
 
@@ -171,6 +179,7 @@ impl Bsdf {
     /// See [`Self::eval_pdf_apart`].
     #[inline(never)]
     fn sample_apart(&self, &wo: &Vec3, &u: &BsdfUniforms) -> Option<BsdfSample> {
+        has(Feature::Transmission, self.always_transmits());
         each!(self, b => b.sample(wo, u))
     }
 
@@ -274,8 +283,17 @@ impl Bsdf {
     }
 
     /// Its lobes.
-    #[inline]
+    #[inline(always)]
     pub fn lobes(&self) -> Lobes {
+        match self {
+            Self::Diffuse(b) => b.lobes(),
+            other => other.lobes_apart(),
+        }
+    }
+
+    /// See [`Self::eval_pdf_apart`].
+    #[inline]
+    fn lobes_apart(&self) -> Lobes {
         each!(self, b => b.lobes())
     }
 }

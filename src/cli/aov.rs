@@ -15,8 +15,15 @@ use std::collections::BTreeSet;
 /// What a channel is made of.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Source {
-    /// A mean of the film, times two to the power of `exponent`, which a record keeps exactly; and whether it is a colour.
-    Mean { index: usize, exponent: i32, is_colour: bool },
+    /// A mean of the film, times two to the power of `exponent`, which a record keeps exactly; and whether it is a colour. If not
+    /// all samples were looked at, also which mean is the part of those that were.
+    Mean {
+        index: usize,
+        exponent: i32,
+        is_colour: bool,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        part: Option<usize>,
+    },
     /// A whole number of the film.
     Number(usize),
     /// The count of samples.
@@ -57,9 +64,14 @@ impl Channels {
         };
         let plane = |(name, source): &(String, Source)| {
             let values = match *source {
-                Source::Mean { index, exponent, is_colour } => {
+                Source::Mean { index, exponent, is_colour, part } => {
+                    let mut means = film.means(index);
+                    if let Some(part) = part {
+                        let parts = film.means(part);
+                        means.iter_mut().zip(parts).for_each(|(mean, part)| *mean = of_part(*mean, part));
+                    }
                     let value = |mean| saturate_to_f32(libm::ldexp(mean, exponent));
-                    let values = film.means(index).into_iter().map(value).collect();
+                    let values = means.into_iter().map(value).collect();
                     if is_colour { PlaneValues::Colour(values) } else { PlaneValues::Float(values) }
                 }
                 Source::Number(index) => PlaneValues::Whole(film.numbers(index)),
@@ -74,7 +86,7 @@ impl Channels {
     /// Whether a film that keeps so many means and numbers has all that the channels are made of.
     pub(super) fn fit(&self, means: usize, numbers: usize) -> bool {
         let fits = |(_, source): &(String, Source)| match *source {
-            Source::Mean { index, .. } => index < means,
+            Source::Mean { index, part, .. } => index < means && part.is_none_or(|part| part < means),
             Source::Number(index) => index < numbers,
             Source::Samples => true,
             Source::Error(channel) => channel < 3,
@@ -136,6 +148,32 @@ impl Beside {
         self.aovs.sky_counts = sky_counts;
     }
 
+    /// Has surfaces looked at for the first `count` samples of each pixel only, if that is not all of them.
+    pub(super) fn look_at_first(&mut self, count: Option<u32>, samples: u32) {
+        let Some(count) = count.filter(|count| *count < samples) else { return };
+        let part = self.components();
+        let mut starts = BTreeSet::new();
+        let mut start = 0;
+        for aov in &self.aovs.means {
+            let next = start + aov.quantity.components();
+            if aov.quantity.is_of_the_surface() {
+                starts.extend(start..next);
+            }
+            start = next;
+        }
+        for (_, source) in &mut self.channels.named {
+            if let Source::Mean { index, part: of, .. } = source
+                && starts.contains(index)
+            {
+                *of = Some(part);
+            }
+        }
+        if !starts.is_empty() {
+            self.aovs.looked_at = count;
+            self.aovs.means.push(Aov { quantity: Quantity::LookedAt, squared: false });
+        }
+    }
+
     /// Whether there are channels that only some formats can hold.
     pub(super) fn has_channels(&self) -> bool {
         !self.channels.named.is_empty()
@@ -172,7 +210,7 @@ impl Beside {
         let is_colour = matches!(aov.quantity, Quantity::Albedo | Quantity::DiffuseReflectance | Quantity::Radiance);
         // The unit is a power of two, of which the fraction is ½.
         let exponent = libm::frexp(aov.unit(scene)).1 - 1;
-        let source = |index| Source::Mean { index, exponent, is_colour: is_colour && !aov.squared };
+        let source = |index| Source::Mean { index, exponent, is_colour: is_colour && !aov.squared, part: None };
         self.channels.named.extend(names.iter().zip(first..).map(|(name, index)| (name.clone(), source(index))));
         self.aovs.means.push(aov);
     }
@@ -191,6 +229,11 @@ impl Beside {
         self.channels.named.push((name.into(), Source::Number(self.aovs.numbers.len())));
         self.aovs.numbers.push(number);
     }
+}
+
+/// The mean over those samples that are so large a part of all, of which `mean` has the rest as zeros.
+fn of_part(mean: f64, part: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { mean / part }
 }
 
 /// What a file's index counts.

@@ -1,9 +1,11 @@
 //! The arguments.
 
+mod beside;
 mod bias;
 mod goal;
 mod keep;
 
+pub(super) use beside::BesideArgs;
 pub(super) use bias::BiasArgs;
 pub(super) use goal::GoalArgs;
 pub(super) use keep::{KeepArgs, MergeArgs, Shard};
@@ -31,7 +33,7 @@ pub(super) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Render a scene to a picture.
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Show what a scene holds and needs.
     Info(SceneArgs),
     /// Compare a picture with a reference: errors, perceived difference, statistical tests.
@@ -310,6 +312,8 @@ pub(super) struct RenderArgs {
     pub(super) env_visible: bool,
     #[command(flatten)]
     pub(super) bias: BiasArgs,
+    #[command(flatten)]
+    pub(super) beside: BesideArgs,
     #[command(flatten)]
     pub(super) keep: KeepArgs,
     /// Write figures about the render as JSON.

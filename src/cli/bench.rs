@@ -4,7 +4,7 @@ mod jobs;
 
 use super::args::{BenchArgs, RenderArgs, Vary};
 use super::diff::{read_variance, variance_beside};
-use super::prepare::{self, Prepared};
+use super::prepare::{self, Prepared, Purpose};
 use super::{EXIT_FAILED, EXIT_INTERRUPTED, interrupt, render};
 use crate::bench::estimate::Reference;
 use crate::bench::report::{
@@ -85,7 +85,7 @@ fn write(report: &Report, [page, json, csv]: [Reserved; 3]) -> Result<()> {
 
 /// Scenes whose turn comes late are read now, so that a fault in them shows before hours have passed.
 fn check_later_scenes(jobs: &[Vec<RenderArgs>], pool: &ThreadPool) -> Result<()> {
-    jobs.iter().skip(1).try_for_each(|job| prepare::prepare(&job[0].scene, false, None, pool).map(drop))
+    jobs.iter().skip(1).try_for_each(|job| prepare::prepare(&job[0].scene, Purpose::default(), pool).map(drop))
 }
 
 fn machine(pool: &ThreadPool) -> Machine {
@@ -200,14 +200,16 @@ impl Bench<'_> {
     fn load(&self, job: &[RenderArgs]) -> Result<(Vec<Loaded>, Vec<usize>)> {
         let mut loaded: Vec<Loaded> = Vec::new();
         let mut which = Vec::new();
+        // One scene for all numbers of samples, so that only what is varied differs.
+        let limits_depth = job.iter().any(|args| Purpose::of(args, None).limits_depth);
+        let purpose = Purpose { samples: Some(u32::MAX), limits_depth, ..Purpose::default() };
         let of = |args: &RenderArgs| (args.scene.accel, args.bias.regularize);
         for (i, args) in job.iter().enumerate() {
             if let Some(same) = job[..i].iter().position(|a| of(a) == of(args)) {
                 which.push(which[same]);
                 continue;
             }
-            // One scene for all numbers of samples, so that only what is varied differs.
-            let (prepared, took) = timed(|| prepare::prepare(&args.scene, false, Some(u32::MAX), self.stage.pool));
+            let (prepared, took) = timed(|| prepare::prepare(&args.scene, purpose, self.stage.pool));
             let mut prepared = prepared?;
             if args.bias.regularize {
                 self.stage.pool.install(|| prepared.scene.regularize());

@@ -128,12 +128,11 @@ impl Finish {
         Metadata { numbers, texts: texts.collect() }
     }
 
-    /// Develops the film and hands everything to `write`: for a picture, or with the sums and the record of a render that are
+    /// Develops the film, of whose error so much is known, and hands everything to `write`: for a picture, or with the sums and the record of a render that are
     /// to be put together with others.
     pub(super) fn develop<T>(
         &self,
-        film: &Film,
-        estimates: Option<&Estimates>,
+        (film, estimates): (&Film, Option<&Estimates>),
         outcome: &Outcome,
         exposure: f32,
         sealed: Option<(String, Vec<Plane>)>,

@@ -69,6 +69,9 @@ fn by_name(
         ("accelerator", prepared.scene.accel.name()),
     ];
     let mut named: BTreeMap<String, String> = named.map(|(name, value)| (name.into(), value)).into();
+    if let Some(count) = args.beside.aov_spp {
+        named.insert("aov-spp".into(), count.to_string());
+    }
     let channels: Vec<&str> = finish.channels.names().collect();
     let format = format!("{:?} {:?}", finish.pixel_format, finish.component_format);
     named.insert("channels".into(), [&[format.as_str()], channels.as_slice()].concat().join(" "));

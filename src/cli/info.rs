@@ -1,11 +1,13 @@
 //! `snell info`: what a scene holds and needs.
 
+mod code;
+
 use super::args::SceneArgs;
-use super::prepare::{self, Prepared, describe, mib};
+use super::prepare::{self, Prepared, Purpose, describe, mib};
 use crate::description::{SceneDescription, Texture, TextureKind};
 use crate::error::Result;
 use crate::image::Raster;
-use crate::scene::{Features, Scene};
+use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::shape::placed::Group;
 use crate::shape::uv::UvField;
@@ -15,13 +17,13 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::sync::Arc;
 
-/// Lights whose power is listed one by one.
+/// Lights whose power, and things folded, that are listed one by one.
 const MAX_LISTED: usize = 16;
 
 /// Reads and compiles the scene, and prints what it found.
 pub(super) fn run(args: &SceneArgs) -> Result<()> {
     let pool = prepare::pool(args.threads)?;
-    let p = prepare::prepare(args, false, None, &pool)?;
+    let p = prepare::prepare(args, Purpose::default(), &pool)?;
     let (scene, f) = (&p.scene, p.scene.features);
     let camera = &p.description.cameras[args.camera];
     let crop = scene.film.crop;
@@ -62,8 +64,8 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     for texture in textures(&p.description) {
         line("texture", texture);
     }
-    for (name, facts) in facts(f) {
-        line(name, facts);
+    for (name, told) in code::lines(scene, i).into_iter().chain(folded(&p)) {
+        line(name, told);
     }
     let c = scene.centre;
     line("space", format!("centre ({}, {}, {}), lengths × 2^{}", c.x, c.y, c.z, libm::log2(scene.unit)));
@@ -81,6 +83,15 @@ pub(super) fn run(args: &SceneArgs) -> Result<()> {
     Ok(())
 }
 
+/// What was simpler than the file says, the first few of it.
+fn folded(p: &Prepared) -> Vec<(&'static str, String)> {
+    let mut lines: Vec<_> = p.folded.iter().take(MAX_LISTED).map(|folded| ("folded", folded.clone())).collect();
+    if p.folded.len() > MAX_LISTED {
+        lines.push(("folded", format!("... and {} things more", p.folded.len() - MAX_LISTED)));
+    }
+    lines
+}
+
 /// Who answers ray queries, and why.
 fn accelerator(p: &Prepared) -> String {
     let (name, reason) = (p.scene.accel.name(), &p.accel_choice.reason);
@@ -95,19 +106,6 @@ fn memory(p: &Prepared) -> String {
     let pictures: u64 = pictures(&p.description).iter().map(|picture| picture.memory_bytes()).sum();
     let all = mib(accel + meshes + pictures);
     format!("{all}: meshes {}, textures {}, accelerator {}", mib(meshes), mib(pictures), mib(accel))
-}
-
-/// What the scene has of what not every scene has, and what it has not.
-fn facts(f: Features) -> [(&'static str, String); 2] {
-    let has = [
-        ("vertex normals", f.vertex_normals),
-        ("delta lobes", f.delta_lobes),
-        ("transmission", f.transmission),
-        ("anisotropy", f.anisotropy),
-    ];
-    let (yes, no): (Vec<_>, Vec<_>) = has.iter().partition(|(_, has)| *has);
-    let names = |list: Vec<&(&str, bool)>| list.iter().map(|(n, _)| *n).collect::<Vec<_>>().join(", ");
-    [("has", names(yes)), ("has no", names(no))]
 }
 
 /// The plugins in use, a line for each kind.

@@ -113,7 +113,7 @@ impl<'a> Keeper<'a> {
         let sealed = Some(self.kept.sealed(state, complete));
         let finish = self.kept.finish.picture_only();
         finish
-            .develop(&state.film, None, &outcome, 0.0, sealed, |layers, options| file.write(layers, options))
+            .develop((&state.film, None), &outcome, 0.0, sealed, |layers, options| file.write(layers, options))
             .map(drop)
     }
 

@@ -50,7 +50,7 @@ pub(super) fn run(args: &MergeArgs, command: &str) -> Result<ExitCode> {
     let mut failures = Vec::new();
     let estimates = film.has_parts().then(|| Estimates::from_halves(&film));
     outcome.error = estimates.as_ref().map(|estimates| (estimates.whole(CONFIDENCE), CONFIDENCE));
-    record.finish.develop(&film, estimates.as_ref(), &outcome, args.exposure, None, |layers, options| {
+    record.finish.develop((&film, estimates.as_ref()), &outcome, args.exposure, None, |layers, options| {
         finish::write(layers, options, pictures, &say, &mut failures)
     });
     finish::last_of(failures).map(|()| ExitCode::SUCCESS)

@@ -54,7 +54,7 @@ fn shell_line(words: &[OsString]) -> String {
 /// mixed them or paths were shared, which only the scene tells.
 pub fn check_sums(sums: &Sums) -> Result<(), String> {
     let (record, film) = Record::show(sums)?;
-    record.finish.develop(&film, None, &record.outcome(), 0.0, None, |_, _| ());
+    record.finish.develop((&film, None), &record.outcome(), 0.0, None, |_, _| ());
     Ok(())
 }
 

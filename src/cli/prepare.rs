@@ -1,8 +1,8 @@
 //! From the arguments to a compiled scene.
 
-use super::args::SceneArgs;
+use super::args::{AovName, IntegratorName, RenderArgs, SceneArgs};
 use crate::accel::Choice;
-use crate::description::{Film, SceneDescription};
+use crate::description::{Film, Integrator, IntegratorKind, SceneDescription};
 use crate::error::{Error, Result};
 use crate::error_estimate::{Parts, PixelEstimate};
 use crate::files::{Files, Memory};
@@ -11,7 +11,7 @@ use crate::image::{Area, Crop};
 use crate::integrator::BLOCK_SIZE;
 use crate::loader::{self, LoadOptions, Sky};
 use crate::scene::Scene;
-use crate::scene::compile::{CompileOptions, compile};
+use crate::scene::compile::{Beyond, CompileOptions, compile, fold};
 use crate::scene::predict::{Prediction, predict};
 use rayon::ThreadPool;
 use std::path::PathBuf;
@@ -26,6 +26,8 @@ pub(super) struct Prepared {
     /// What each of the scene's lights is called.
     pub(super) light_names: Vec<String>,
     pub(super) warnings: Vec<String>,
+    /// What was simpler than the file says.
+    pub(super) folded: Vec<String>,
     /// Reading and compiling, without the accelerator.
     pub(super) load: Duration,
     /// Which accelerator, and why.
@@ -90,9 +92,21 @@ pub(super) fn pool(threads: u32) -> Result<ThreadPool> {
     )
 }
 
-/// Reads and compiles the scene, with the texture coordinates of all shapes if `uvs` are wanted, for so many samples a pixel
-/// if it is not as many as the file says.
-pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &ThreadPool) -> Result<Prepared> {
+/// What a scene is prepared for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Purpose {
+    /// Texture coordinates of all shapes are wanted.
+    pub(super) uvs: bool,
+    /// Quantities beside radiance are wanted, whatever the file says.
+    pub(super) aovs: bool,
+    /// The depth of paths is limited, whatever the file says.
+    pub(super) limits_depth: bool,
+    /// Samples a pixel, if it is not as many as the file says.
+    pub(super) samples: Option<u32>,
+}
+
+/// Reads, folds and compiles the scene.
+pub(super) fn prepare(args: &SceneArgs, purpose: Purpose, pool: &ThreadPool) -> Result<Prepared> {
     let start = Instant::now();
     let sky = args.env.clone().map(|file| Sky { file, degrees: f64::from(args.env_rotate.unwrap_or(0.0)) });
     let files = match &args.confine {
@@ -103,17 +117,19 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &
     };
     let limit = args.memory_limit.as_ref().and_then(Memory::limit).map_or_else(Memory::default, Memory::limited);
     let files = files.within(limit.clone());
-    let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs, sky, files };
+    let options = LoadOptions { defines: args.define.clone(), lenient: args.lenient, uvs: purpose.uvs, sky, files };
     let mut description = pool.install(|| loader::load(&args.scene, &options))?;
     let files = options.files.read_so_far();
     adjust_film(&mut description, args)?;
+    let beyond = purpose.beyond(&description.integrator);
+    let (description, folded) = fold(description, beyond)?;
     let threads = pool.current_num_threads();
     let options = CompileOptions {
         accelerator: args.accel.into(),
         quality: args.accel_quality.into(),
         threads,
         camera: args.camera,
-        samples,
+        samples: purpose.samples,
     };
     let film = Sums::bytes(film_pixels(&description, args.camera), Parts::Halves.count() as u64);
     let memory = Prediction { film, ..predict(&description, &options) };
@@ -124,7 +140,25 @@ pub(super) fn prepare(args: &SceneArgs, uvs: bool, samples: Option<u32>, pool: &
     let (accel_choice, build) = (compiled.accel_choice, compiled.accel_build);
     let (scene, light_names) = (compiled.scene, compiled.light_names);
     let load = start.elapsed() - build;
-    Ok(Prepared { description, files, scene, light_names, warnings, load, accel_choice, build, memory, limit })
+    Ok(Prepared { description, files, scene, light_names, warnings, folded, load, accel_choice, build, memory, limit })
+}
+
+impl Purpose {
+    /// To render as the arguments say, with so many samples a pixel if it is not as many as the file says.
+    pub(super) fn of(args: &RenderArgs, samples: Option<u32>) -> Self {
+        Self {
+            uvs: args.aov.contains(&AovName::Uv),
+            aovs: !args.aov.is_empty(),
+            limits_depth: args.max_depth.is_some() || args.integrator == Some(IntegratorName::Direct),
+            samples,
+        }
+    }
+
+    /// What decides, beside the scene, which of its surfaces can be told from nothing.
+    fn beyond(self, file: &Integrator) -> Beyond {
+        let limits_depth = self.limits_depth || file.max_depth.is_some() || file.kind == IntegratorKind::Direct;
+        Beyond { any_depth: !limits_depth, aovs: self.aovs || self.uvs || !file.aovs.is_empty() }
+    }
 }
 
 /// Puts the size and crop of the arguments into the film of the camera that is used.

@@ -371,7 +371,7 @@ mod tests {
         let sealed = Some((record.to_owned(), planes.to_vec()));
         let file = OutputFile::exr(&path, "the sums").unwrap();
         finish
-            .develop(&state.film, None, &outcome, 0.0, sealed, |layers, options| file.write(layers, options))
+            .develop((&state.film, None), &outcome, 0.0, sealed, |layers, options| file.write(layers, options))
             .unwrap();
         sums_file::read(&path).unwrap()
     }

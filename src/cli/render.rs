@@ -1,10 +1,10 @@
 //! `snell render`.
 
 use super::aov::Beside;
-use super::args::{AovName, IntegratorName, RenderArgs, ReuseName, Shard};
+use super::args::{IntegratorName, RenderArgs, ReuseName, Shard};
 use super::finish::{self, Finish, Outcome};
 use super::keeper::Keeper;
-use super::prepare::{self, FilmKind, Prepared};
+use super::prepare::{self, FilmKind, Prepared, Purpose};
 use super::progress::{Aim, Display, quantity};
 use super::record::Kept;
 use super::stats::{Names, Stats};
@@ -42,7 +42,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     let temporaries = pictures.iter().map(OutputFile::temporary_path).chain(stats.iter().map(Reserved::temporary_path));
     interrupt::handle(&progress, temporaries.flatten().map(Path::to_owned).collect());
     let pool = prepare::pool(args.scene.threads)?;
-    let mut prepared = prepare::prepare(&args.scene, args.aov.contains(&AovName::Uv), args.spp, &pool)?;
+    let mut prepared = prepare::prepare(&args.scene, Purpose::of(args, args.spp), &pool)?;
     if args.bias.regularize {
         pool.install(|| prepared.scene.regularize());
     }
@@ -55,14 +55,7 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
     }
     tell(args, &prepared, &settings, integrator, &say);
     let format = pixel_format(args, &prepared);
-    let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
-    beside.tell(integrator != IntegratorName::Direct);
-    prepared.check_film(beside.bytes(&prepared.scene), film_kind(args))?;
-    if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
-        say(format_args!(
-            "warning: the channels beside the picture are not written: only a file named .exr can hold them"
-        ));
-    }
+    let beside = beside(args, &prepared, &settings, (format, integrator), &pictures, &say)?;
     let finish = finish(args, command, &prepared, &settings, integrator, format, &beside);
     let job = Job { args, prepared, settings, integrator, beside, finish };
     let kept = job.kept(&pool)?;
@@ -82,20 +75,37 @@ pub(super) fn run(args: &RenderArgs, command: &str) -> Result<ExitCode> {
         let outcome = Outcome::of(&rendered, pixels, error);
         let of_shard = kept.as_ref().zip(state.as_ref()).filter(|_| args.keep.shard.is_some());
         let sealed = of_shard.map(|(kept, state)| kept.sealed(state, rendered.is_complete()));
-        clamped = job.finish.develop(
-            &rendered.film,
-            rendered.estimates.as_ref(),
-            &outcome,
-            args.exposure,
-            sealed,
-            |layers, options| finish::write(layers, options, pictures, &say, &mut failures),
-        );
+        let sums = (&rendered.film, rendered.estimates.as_ref());
+        clamped = job.finish.develop(sums, &outcome, args.exposure, sealed, |layers, options| {
+            finish::write(layers, options, pictures, &say, &mut failures)
+        });
     }
     if let Some(file) = stats {
         failures.extend(write_stats(file, &Stats::new(&job.prepared, &rendered, &job.names(&pool), clamped)).err());
     }
     finish::last_of(failures)?;
     Ok(goal::exit_code(args, &rendered))
+}
+
+/// What goes beside the picture; an error where there is no memory for it and the picture.
+fn beside(
+    args: &RenderArgs,
+    prepared: &Prepared,
+    settings: &RenderSettings,
+    (format, integrator): (PixelFormat, IntegratorName),
+    pictures: &[OutputFile],
+    say: &dyn Fn(std::fmt::Arguments<'_>),
+) -> Result<Beside> {
+    let mut beside = Beside::new(&args.aov, &prepared.description.integrator.aovs, format, &prepared.scene)?;
+    beside.tell(integrator != IntegratorName::Direct);
+    beside.look_at_first(args.beside.aov_spp, settings.samples);
+    prepared.check_film(beside.bytes(&prepared.scene), film_kind(args))?;
+    if beside.has_channels() && !pictures.iter().any(|p| p.format() == Format::Exr) {
+        say(format_args!(
+            "warning: the channels beside the picture are not written: only a file named .exr can hold them"
+        ));
+    }
+    Ok(beside)
 }
 
 /// A render that is ready to begin.

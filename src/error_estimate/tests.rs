@@ -113,7 +113,7 @@ fn heavy_tails_are_told_from_light_ones() {
 fn exposure_and_blackness_do_not_matter() {
     let with_exposure = |exposure: f64| {
         let mut numbers = Numbers(3);
-        let right = |i: usize| if i % 5 == 0 { 0.0 } else { exposure * (i % 7) as f64 };
+        let right = |i: usize| if i.is_multiple_of(5) { 0.0 } else { exposure * (i % 7) as f64 };
         picture(24, right, |_| [(); 4].map(|()| exposure * 0.1 * numbers.normal())).0.whole(CONFIDENCE)
     };
     let plain = with_exposure(1.0);

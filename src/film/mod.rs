@@ -343,7 +343,7 @@ impl Film {
         let has = |(index, tile): (usize, &Mutex<Vec<Pixel>>)| {
             let tile = lock(tile);
             let mut parts = tile.chunks(self.pixels.bounds(index).pixels() as usize);
-            tile.len() > 0 && parts.all(|part| part.iter().any(|pixel| pixel.weight != 0))
+            !tile.is_empty() && parts.all(|part| part.iter().any(|pixel| pixel.weight != 0))
         };
         self.tiles.iter().enumerate().all(has)
     }

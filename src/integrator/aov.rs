@@ -43,6 +43,8 @@ pub enum Quantity {
     Xyz,
     /// 1 where there is something to be seen, 0 elsewhere: its mean is alpha.
     Alpha,
+    /// 1 for the samples whose surfaces are looked at ([`Aovs::looked_at`]): its mean is their part of the weight.
+    LookedAt,
 }
 
 /// A whole number that the first sample of a pixel tells: the index of something, plus [`Self::first`].
@@ -75,7 +77,7 @@ pub struct Aov {
 }
 
 /// Everything that goes beside radiance.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Aovs {
     /// Means.
     pub means: Vec<Aov>,
@@ -85,21 +87,35 @@ pub struct Aovs {
     pub sample_counts: bool,
     /// Whether a sky that the camera sees counts for alpha, as it does in Mitsuba's `path`, but not in its `direct`.
     pub sky_counts: bool,
+    /// Of how many samples of a pixel the surface is looked at, from the first on.
+    pub looked_at: u32,
+}
+
+impl Default for Aovs {
+    /// Nothing, of all samples.
+    fn default() -> Self {
+        Self { means: Vec::new(), numbers: Vec::new(), sample_counts: false, sky_counts: false, looked_at: u32::MAX }
+    }
 }
 
 impl Quantity {
     /// How many components it has.
     pub fn components(self) -> usize {
         match self {
-            Self::Depth | Self::DepthFromNear | Self::Alpha => 1,
+            Self::Depth | Self::DepthFromNear | Self::Alpha | Self::LookedAt => 1,
             Self::Uv => 2,
             _ => 3,
         }
     }
 
+    /// Whether it tells of the surface that the camera ray meets: zero for samples that are not looked at.
+    pub fn is_of_the_surface(self) -> bool {
+        !self.is_of_the_path()
+    }
+
     /// Whether it is known only when the path has ended.
     fn is_of_the_path(self) -> bool {
-        matches!(self, Self::Radiance | Self::Xyz | Self::Alpha)
+        matches!(self, Self::Radiance | Self::Xyz | Self::Alpha | Self::LookedAt)
     }
 
     /// Whether it is a length, which changes with the unit.
@@ -225,7 +241,7 @@ impl<'a, 'b> AovSink<'a, 'b> {
             Quantity::DepthFromNear => DVec3::splat(along() - f64::from(start.tmin)),
             Quantity::Position => point().point.p + scene.centre * scene.unit,
             Quantity::Uv => scene.uv(ray, hit).as_dvec2().extend(0.0),
-            Quantity::Radiance | Quantity::Xyz | Quantity::Alpha => DVec3::ZERO,
+            Quantity::Radiance | Quantity::Xyz | Quantity::Alpha | Quantity::LookedAt => DVec3::ZERO,
         }
     }
 
@@ -263,6 +279,7 @@ impl<'a, 'b> AovSink<'a, 'b> {
             Quantity::Radiance => colour(path.radiance),
             Quantity::Xyz => DVec3::from(rgb_to_xyz(path.radiance).map(f64::from)),
             Quantity::Alpha => DVec3::splat(if path.met { 1.0 } else { self.sky_alpha }),
+            Quantity::LookedAt => DVec3::splat(f64::from(u8::from(path.id.index < self.aovs.looked_at))),
             _ => return None,
         })
     }
@@ -291,9 +308,10 @@ impl Sink for AovSink<'_, '_> {
             if path.id.index == 0 && !self.aovs.numbers.is_empty() {
                 self.tell(path.id, hit);
             }
+            let looks = hit.is_some() && path.id.index < self.aovs.looked_at;
             for aov in &self.aovs.means {
                 let last = first + aov.quantity.components();
-                if hit.is_some() && !aov.quantity.is_of_the_path() {
+                if looks && aov.quantity.is_of_the_surface() {
                     store(&mut values[first..last], *aov, self.of_surface(aov.quantity, start, path, hit));
                 }
                 first = last;

@@ -16,8 +16,10 @@
 use super::path_state::PathState;
 use super::record::{Event, Record};
 use super::technique::Technique;
+use super::variant::Variant;
 use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
+use crate::facts::{Feature, has};
 use crate::light::{End, Light, LightSample, Receiver, TOGETHER};
 use crate::material::{Layer, Scatter};
 use crate::math::frame::Frame;
@@ -109,12 +111,17 @@ impl Walker<'_> {
         shadows: &mut Shadows,
         record: &mut impl Record,
     ) {
-        let n = receiving_normal(surface);
+        let n = receiving_normal::<T>(surface);
         let receiver = || Receiver { p: surface.p().as_vec3(), n };
-        if let Some(chosen) = self.scene.light_sampler.sample(receiver, || u.choice())
+        let chosen = match T::Variant::ANY_LIGHTS {
+            true => self.scene.light_sampler.sample(receiver, || u.choice()),
+            // There is one: nobody asks else.
+            false => Some((0, 1.0)),
+        };
+        if let Some(chosen) = chosen
             && let Some(candidate) = self.candidate::<T>(path, (surface, n), chosen, 1.0, u)
         {
-            self.look_for((path, hit, id), surface, &candidate, shadows, record);
+            self.look_for::<T>((path, hit, id), surface, &candidate, shadows, record);
         }
     }
 
@@ -136,10 +143,12 @@ impl Walker<'_> {
             self.level,
             #[inline(always)]
             || {
-                let n = receiving_normal(surface);
+                let n = receiving_normal::<T>(surface);
                 let lights = self.scene.light_sampler.at(|| Receiver { p: surface.p().as_vec3(), n });
                 let uniforms = (index * count..(index + 1) * count).map(|i| numbers.light(i));
-                if let [Light::Environment(light)] = &self.scene.lights[..] {
+                if Feature::Environment.is_built()
+                    && let [Light::Environment(light)] = &self.scene.lights[..]
+                {
                     let mut uniforms = uniforms;
                     let mut left = count;
                     while left > 0 {
@@ -165,7 +174,7 @@ impl Walker<'_> {
         let step = sum / self.candidates.rays() as f32;
         if !(step >= f32::MIN_POSITIVE && sum < f32::INFINITY) {
             // Nothing to pick by: what there is lies below or beyond all numbers.
-            candidates.iter().for_each(|c| self.look_for(from, surface, c, shadows, record));
+            candidates.iter().for_each(|c| self.look_for::<T>(from, surface, c, shadows, record));
         } else {
             let (mut next, mut passed) = (pick * step, 0.0);
             for candidate in &candidates {
@@ -177,7 +186,7 @@ impl Walker<'_> {
                 }
                 if times > 0.0 {
                     let radiance = candidate.radiance * (times * step / luminance);
-                    self.look_for(from, surface, &Candidate { radiance, ..*candidate }, shadows, record);
+                    self.look_for::<T>(from, surface, &Candidate { radiance, ..*candidate }, shadows, record);
                 }
             }
         }
@@ -214,6 +223,7 @@ impl Walker<'_> {
         if f.is_black() {
             return None;
         }
+        has(Feature::Mis, sample.pdf.is_some());
         let (weight, pdf) = match sample.pdf {
             Some(pdf) => (T::sampled_weight(pdf * pmf, bsdf_pdf), (pdf * pmf).0),
             // No bsdf finds a light without size.
@@ -225,7 +235,7 @@ impl Walker<'_> {
 
     /// Has it looked whether a light sample is visible.
     #[inline(always)]
-    fn look_for(
+    fn look_for<T: Technique>(
         &self,
         (path, hit, id): (&PathState, Hit, u32),
         surface: &Surface<'_>,
@@ -237,7 +247,7 @@ impl Walker<'_> {
         let (on, radiance, weight) = (*on, *radiance, *weight);
         let ray = surface.shadow_ray(*wi, end.as_ref());
         record.event(Event::Sampled { radiance: path.carried * radiance, weight });
-        let absorbs = self.scene.absorbs();
+        let absorbs = self.absorbs::<T>();
         let radiance = if absorbs { self.absorb_shadow(path, surface, hit, &ray, radiance) } else { radiance };
         shadows.rays.push(ray);
         shadows.ends.push([hit, on]);
@@ -274,9 +284,13 @@ impl Walker<'_> {
 
 /// The normal on whose side a surface scatters; zero where that is both sides.
 #[inline(always)]
-pub(super) fn receiving_normal(surface: &Surface<'_>) -> Vec3 {
+pub(super) fn receiving_normal<T: Technique>(surface: &Surface<'_>) -> Vec3 {
+    if !T::Variant::ANY_MATERIALS {
+        return surface.frame.n;
+    }
+    has(Feature::Textures, matches!(surface.bsdf, Scatter::Layers(_)));
     match &surface.bsdf {
-        Scatter::One(bsdf) if bsdf.lobes().transmits => Vec3::ZERO,
+        Scatter::One(bsdf) if has(Feature::Transmission, bsdf.lobes().transmits) => Vec3::ZERO,
         Scatter::One(_) => surface.frame.n,
         Scatter::Layers(layers) => layers_normal(layers, &{ surface.frame }),
     }

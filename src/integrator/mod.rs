@@ -25,6 +25,7 @@ pub mod record;
 mod reuse;
 mod technique;
 mod trial;
+pub mod variant;
 mod wave;
 mod work;
 
@@ -35,6 +36,7 @@ pub use trial::Undecided;
 pub use wave::RayCounts;
 pub use work::Work;
 
+use crate::facts::{self, Feature};
 use crate::film::{SampleId, tile_around};
 use crate::image::Area;
 use crate::sampler::Sampler;
@@ -43,6 +45,7 @@ use crate::spectrum::Rgb;
 use aov::{AovSink, Aovs, Sink};
 use record::Record;
 use std::ops::Range;
+use variant::Of;
 use work::Tiles;
 
 /// The estimators.
@@ -62,7 +65,7 @@ impl Estimator {
     /// Whether it samples lights: those that do not never find a light without size.
     pub fn samples_lights(self) -> bool {
         match self {
-            Self::Path => path::Path::SAMPLES_LIGHTS,
+            Self::Path => <path::Path>::SAMPLES_LIGHTS,
             Self::Nee => nee::Nee::SAMPLES_LIGHTS,
             Self::Bsdf => bsdf::BsdfSampling::SAMPLES_LIGHTS,
             Self::Naive => naive::Naive::SAMPLES_LIGHTS,
@@ -95,7 +98,10 @@ pub struct Integrator {
 
 impl Integrator {
     /// Takes some samples of every pixel of some tiles, with what goes beside radiance if anything does, and counts the rays they took.
+    /// Not inlined, so that `scripts/absence` finds it.
+    #[inline(never)]
     pub fn sample_tiles(&self, scene: &Scene, sampler: &Sampler, aovs: &Aovs, work: &mut [Work<'_>]) -> RayCounts {
+        facts::allow(Feature::Aovs, !aovs.is_empty());
         let areas: Vec<_> = work.iter().map(|work| (work.tile.bounds(), work.samples.clone())).collect();
         let ids = areas.into_iter().flat_map(|(bounds, samples)| self.sample_ids(scene, bounds, samples));
         let (mut counts, mut tiles) = (RayCounts::default(), Tiles::new(work));
@@ -105,7 +111,7 @@ impl Integrator {
                     sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index).film()
                 });
             });
-        } else {
+        } else if Feature::Aovs.is_built() {
             let mut sink = AovSink::new(scene, aovs, tiles, self.max_depth > 0 && !self.hides_sky());
             self.walk(scene, sampler, ids, &mut (), &mut counts, &mut sink);
         }
@@ -165,20 +171,29 @@ impl Integrator {
         self.walk(scene, sampler, group.into_iter(), &mut only, &mut counts, &mut |_: SampleId, _: Rgb| {});
     }
 
-    fn walk(
+    fn walk<R: Record>(
         &self,
         scene: &Scene,
         sampler: &Sampler,
         ids: impl Iterator<Item = SampleId>,
-        record: &mut impl Record,
+        record: &mut R,
         counts: &mut RayCounts,
         sink: &mut impl Sink,
     ) {
         let count = if self.estimator == Estimator::Path { self.light_samples } else { 1 };
+        facts::allow(Feature::Sharing, self.shares(scene));
+        facts::allow(Feature::Candidates, count > 1);
         let candidates = direct::Candidates::new(count, sampler.kind);
         let walker = wave::Walker { scene, sampler, limits: self, candidates, level: crate::math::simd::level() };
         match self.estimator {
-            Estimator::Path => walker.run::<path::Path, _>(ids, record, counts, sink),
+            // Who listens has time.
+            Estimator::Path if R::LISTENS => walker.run::<path::Path, _>(ids, record, counts, sink),
+            Estimator::Path => match variant::needs(scene) {
+                (false, false) => walker.run::<path::Path<Of<false, false>>, _>(ids, record, counts, sink),
+                (false, true) => walker.run::<path::Path<Of<false, true>>, _>(ids, record, counts, sink),
+                (true, false) => walker.run::<path::Path<Of<true, false>>, _>(ids, record, counts, sink),
+                (true, true) => walker.run::<path::Path, _>(ids, record, counts, sink),
+            },
             Estimator::Nee => walker.run::<nee::Nee, _>(ids, record, counts, sink),
             Estimator::Bsdf => walker.run::<bsdf::BsdfSampling, _>(ids, record, counts, sink),
             Estimator::Naive => walker.run::<naive::Naive, _>(ids, record, counts, sink),

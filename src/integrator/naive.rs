@@ -2,6 +2,7 @@
 //! meet, are sampled as themselves. The noisiest, and the hardest to get wrong.
 
 use super::Technique;
+use super::variant::Any;
 use crate::bsdf::BsdfSample;
 use crate::material::Scatter;
 use crate::sampler::BsdfUniforms;
@@ -12,6 +13,8 @@ use glam::Vec3;
 pub(super) struct Naive;
 
 impl Technique for Naive {
+    type Variant = Any;
+
     const SAMPLES_LIGHTS: bool = false;
 
     #[inline]

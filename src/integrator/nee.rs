@@ -2,12 +2,15 @@
 //! sampled, straight from the camera and after a delta lobe. Noisy where a light is close or a lobe is sharp.
 
 use super::Technique;
+use super::variant::Any;
 use crate::sampling::pdf::SolidAnglePdf;
 
 /// See the module.
 pub(super) struct Nee;
 
 impl Technique for Nee {
+    type Variant = Any;
+
     const SAMPLES_LIGHTS: bool = true;
 
     #[inline]

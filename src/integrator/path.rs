@@ -2,13 +2,17 @@
 //! section 9.2.3), so that small lights and sharp lobes are each found by the technique that is good at them.
 
 use super::Technique;
+use super::variant::{Any, Variant};
 use crate::sampling::mis::power_heuristic;
 use crate::sampling::pdf::SolidAnglePdf;
+use std::marker::PhantomData;
 
-/// See the module.
-pub(super) struct Path;
+/// See the module. It is the one for use, and so the one that is compiled for what scenes have.
+pub(super) struct Path<V = Any>(PhantomData<V>);
 
-impl Technique for Path {
+impl<V: Variant> Technique for Path<V> {
+    type Variant = V;
+
     const SAMPLES_LIGHTS: bool = true;
     const COMBINES: bool = true;
 

@@ -66,6 +66,9 @@ pub enum Event {
 
 /// Listens to paths. The unit type listens to nothing, and costs nothing.
 pub trait Record {
+    /// Whether anybody listens.
+    const LISTENS: bool = true;
+
     /// The events that follow are of the path that `id` tells. Many paths are walked together, a vertex of each in turn.
     #[inline(always)]
     fn at(&mut self, _id: impl FnOnce() -> SampleId) {}
@@ -75,6 +78,8 @@ pub trait Record {
 }
 
 impl Record for () {
+    const LISTENS: bool = false;
+
     #[inline(always)]
     fn event(&mut self, _: Event) {}
 }

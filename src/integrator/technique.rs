@@ -1,5 +1,6 @@
 //! What tells estimators apart: how a path vertex samples directions, and how much each way of finding a light counts.
 
+use super::variant::Variant;
 use crate::bsdf::BsdfSample;
 use crate::material::Scatter;
 use crate::sampler::BsdfUniforms;
@@ -8,6 +9,9 @@ use glam::Vec3;
 
 /// A way to estimate the light at path vertices. Delta lobes leave only one way, which every technique takes.
 pub trait Technique {
+    /// What the scene may have.
+    type Variant: Variant;
+
     /// Whether vertices sample lights.
     const SAMPLES_LIGHTS: bool;
 

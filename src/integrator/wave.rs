@@ -16,8 +16,10 @@ use super::path_state::{NOTHING_INSIDE, PathState, Segment};
 use super::record::{Event, Record};
 use super::reuse::{Group, Reuse};
 use super::technique::Technique;
+use super::variant::Variant;
 use crate::accel::{Hit, Start};
 use crate::camera::Camera;
+use crate::facts::{Feature, has};
 use crate::film::SampleId;
 use crate::light::{Light, Receiver, VaryingLight};
 use crate::material::Layer;
@@ -198,6 +200,7 @@ impl Walker<'_> {
     /// Sends every path off from its point of the film.
     fn aim(&self, wave: &mut Wave) {
         let camera = &self.scene.camera;
+        has(Feature::Lens, camera.has_lens());
         wave.bsdf_numbers.fill_film(camera.has_lens(), wave.paths.iter().map(|p| p.stream));
         match camera {
             Camera::Perspective(camera) => wave.aim(|film, _| camera.ray(film)),
@@ -215,8 +218,8 @@ impl Walker<'_> {
         let streams = wave.active.iter().map(|&i| wave.paths[i as usize].stream);
         wave.bsdf_numbers.fill_bsdf(vertex, streams.clone());
         if T::SAMPLES_LIGHTS && !self.scene.lights.is_empty() {
-            let choice = self.scene.lights.len() > 1;
-            if vertex == 0 && self.candidates.count > 1 {
+            let choice = T::Variant::ANY_LIGHTS && has(Feature::LightChoice, self.scene.lights.len() > 1);
+            if vertex == 0 && has(Feature::Candidates, self.candidates.count > 1) {
                 let Wave { paths, active, light_numbers, .. } = wave;
                 let stream = |i: usize| paths[active[i] as usize].stream;
                 let parts = (self.candidates.kind, self.candidates.count);
@@ -260,7 +263,7 @@ impl Walker<'_> {
 
     /// One vertex of every path.
     fn advance_all<T: Technique>(&self, wave: &mut Wave, record: &mut impl Record) {
-        let looks_ahead = self.scene.looks_ahead();
+        let looks_ahead = T::Variant::ANY_MATERIALS && self.scene.looks_ahead();
         with_avx2(
             self.level,
             #[inline(always)]
@@ -290,23 +293,24 @@ impl Walker<'_> {
         record.at(|| path.id);
         record.event(Event::Traced { vertex: path.depth, ray: path.ray, hit });
         if !hit.is_some() {
-            if self.scene.absorbs() {
+            if self.absorbs::<T>() {
                 self.absorb_for_ever(path);
             }
             self.find_sky::<T>(path, record);
             return end(path, "nothing is met", record);
         }
-        let met = std::mem::replace(&mut path.met, true);
+        let met = Feature::Aovs.is_built() && std::mem::replace(&mut path.met, true);
         let last = path.depth >= self.limits.max_depth;
         if last && self.scene.appearances[hit.shape as usize].light.is_none() {
             return end(path, "the depth limit", record);
         }
         let looked_at = || wave.ahead.met(index % AHEAD);
-        let surface = match self.scene.regularizes() {
-            false => self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers),
-            true => self.regularized(path, hit, looked_at(), &mut wave.layers),
+        let surface = match (T::Variant::ANY_MATERIALS, self.scene.regularizes()) {
+            (false, _) => self.scene.plain_surface(&path.ray, hit),
+            (true, false) => self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers),
+            (true, true) => self.regularized(path, hit, looked_at(), &mut wave.layers),
         };
-        if self.scene.absorbs() {
+        if self.absorbs::<T>() {
             self.absorb(path, &surface, hit);
         }
         // Light that the path ran into, weighted against sampling it.
@@ -314,7 +318,8 @@ impl Walker<'_> {
         if last {
             return end(path, "the depth limit", record);
         }
-        if path.depth == 2
+        if has(Feature::Sharing, wave.reuse.is_some())
+            && path.depth == 2
             && let Some(reuse) = &mut wave.reuse
         {
             reuse.join(id as usize, path, &surface, hit);
@@ -323,7 +328,7 @@ impl Walker<'_> {
         // Light sampled on purpose.
         if T::SAMPLES_LIGHTS && surface.bsdf.lobes().smooth && !self.scene.lights.is_empty() {
             let from = (&*path, hit, id);
-            if path.depth == 1 && self.candidates.count > 1 {
+            if path.depth == 1 && has(Feature::Candidates, self.candidates.count > 1) {
                 let numbers = (&wave.light_numbers, index, bsdf_numbers.roulette());
                 self.sample_candidates::<T>(from, &surface, numbers, &mut wave.shadows, record);
             } else {
@@ -332,6 +337,12 @@ impl Walker<'_> {
             }
         }
         self.go_on::<T>(path, &surface, (hit, met), bsdf_numbers, record);
+    }
+
+    /// Whether something absorbs light inside of it.
+    #[inline(always)]
+    pub(super) fn absorbs<T: Technique>(&self) -> bool {
+        T::Variant::ANY_MATERIALS && self.scene.absorbs()
     }
 
     /// What a path meets where paths are regularized: something rougher once it has been scattered by what is no mirror. Not
@@ -366,11 +377,15 @@ impl Walker<'_> {
             return end(path, "the bsdf sample carries no energy", record);
         };
         path.throughput *= sample.weight;
-        path.eta_squared *= sample.eta * sample.eta;
+        if T::Variant::ANY_MATERIALS && Feature::Transmission.is_built() {
+            path.eta_squared *= sample.eta * sample.eta;
+        }
         path.segment = match sample.pdf {
-            Some(pdf) => Segment::Smooth { pdf, from: surface.p(), n: receiving_normal(surface) },
-            None => {
-                if sample.wi == -wo {
+            Some(pdf) if Feature::Mis.is_built() => {
+                Segment::Smooth { pdf, from: surface.p(), n: receiving_normal::<T>(surface) }
+            }
+            pdf => {
+                if Feature::Aovs.is_built() && pdf.is_none() && sample.wi == -wo {
                     // Straight through: as if there were nothing, as far as alpha goes.
                     path.met = met;
                 }
@@ -379,15 +394,15 @@ impl Walker<'_> {
         };
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));
         path.from = hit;
-        if self.scene.absorbs() {
+        if self.absorbs::<T>() {
             path.inside = self.inside_towards(path, surface, hit, &{ path.ray.d });
         }
-        self.roulette(path, &uniforms, record);
+        self.roulette::<T>(path, &uniforms, record);
     }
 
     /// Ends a path at random, the more likely the less it carries, and makes up for it in those that survive.
     #[inline(always)]
-    fn roulette(&self, path: &mut PathState, u: &BsdfUniforms, record: &mut impl Record) {
+    fn roulette<T: Technique>(&self, path: &mut PathState, u: &BsdfUniforms, record: &mut impl Record) {
         let before = path.throughput;
         if before.is_black() {
             return end(path, "nothing is carried on", record);
@@ -402,7 +417,9 @@ impl Walker<'_> {
             return record.event(Event::Scattered { throughput: before, survival: 1.0, delta });
         }
         // η² undoes the compression of radiance in dense media, which is no loss of energy (Veach 1997, section 5.2).
-        let survival = attainable(min((before * path.carried).max_component() * path.eta_squared, MAX_SURVIVAL));
+        let whole = if Feature::Sharing.is_built() { before * path.carried } else { before };
+        let eta_squared = if T::Variant::ANY_MATERIALS { path.eta_squared } else { 1.0 };
+        let survival = attainable(min(whole.max_component() * eta_squared, MAX_SURVIVAL));
         record.event(Event::Scattered { throughput: before * path.carried, survival, delta });
         if !(u.roulette() < survival) {
             return end(path, "roulette", record);
@@ -418,6 +435,9 @@ impl Walker<'_> {
         }
         // What no light could have been sampled for is not weighed against it.
         let n = if let Segment::Smooth { n, .. } = path.segment { n } else { Vec3::ZERO };
+        if !(T::Variant::ANY_LIGHTS && Feature::Environment.is_built()) {
+            return;
+        }
         for index in self.scene.infinite_lights.iter().map(|i| *i as usize) {
             let (radiance, pdf) = match &self.scene.lights[index] {
                 Light::Constant(light) => (light.radiance, light.pdf(path.ray.d, n, T::COMBINES)),
@@ -439,8 +459,11 @@ impl Walker<'_> {
         hit: Hit,
         record: &mut impl Record,
     ) {
+        has(Feature::Mis, surface.light.is_some());
         let Some(index) = surface.light.map(|i| i as usize) else { return };
-        match &self.scene.lights[index] {
+        let light = &self.scene.lights[index];
+        has(Feature::Textures, matches!(light, Light::Varying(_)));
+        match light {
             Light::Area(light) => {
                 let radiance = light.emitted(surface.point.n, surface.wo);
                 if !radiance.is_black() {
@@ -489,8 +512,13 @@ impl Walker<'_> {
                 let light = match T::SAMPLES_LIGHTS {
                     true => {
                         // As many as there are candidates could have found it.
-                        let samples = if path.depth == 2 { self.candidates.count as f32 } else { 1.0 };
-                        pdf(from, n) * (self.scene.light_sampler.pmf(index, receiver) * samples)
+                        let several = Feature::Candidates.is_built() && path.depth == 2;
+                        let samples = if several { self.candidates.count as f32 } else { 1.0 };
+                        let pmf = match T::Variant::ANY_LIGHTS {
+                            true => self.scene.light_sampler.pmf(index, receiver),
+                            false => 1.0,
+                        };
+                        pdf(from, n) * (pmf * samples)
                     }
                     false => SolidAnglePdf(0.0),
                 };

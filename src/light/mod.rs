@@ -36,6 +36,7 @@ pub use spot::{SpotLight, SpotSlide};
 pub use tree::LightTree;
 pub use varying::{Coat, VaryingLight};
 
+use crate::facts::{Feature, has};
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::shape::offset::SurfacePoint;
 use crate::shape::sphere::Sphere;
@@ -107,6 +108,9 @@ impl Light {
     /// that directions of little light may be.
     #[inline(always)]
     pub fn sample(&self, shapes: &[Shape], p: DVec3, n: Vec3, u: Vec2, combined: bool) -> Option<LightSample> {
+        has(Feature::Textures, matches!(self, Self::Varying(_)));
+        has(Feature::Environment, self.is_sky());
+        has(Feature::Mis, self.can_be_met());
         match self {
             Self::Area(light) => light.sample(&shapes[light.shape as usize], p, n, u),
             Self::Varying(light) => light.sample(&shapes[light.shape() as usize], &p, u),
@@ -119,7 +123,14 @@ impl Light {
         }
     }
 
+    /// Whether rays that meet nothing else meet it.
+    #[inline(always)]
+    pub fn is_sky(&self) -> bool {
+        matches!(self, Self::Constant(_) | Self::Environment(_))
+    }
+
     /// Whether a path can run into it: whether it is no light without size.
+    #[inline]
     pub fn can_be_met(&self) -> bool {
         match self {
             Self::Area(_) | Self::Varying(_) | Self::Constant(_) | Self::Environment(_) => true,

@@ -12,6 +12,7 @@ use super::beams::{Beams, LANES};
 use super::reach::{Beam, Reach, Receiver, SLACK};
 use super::tree::LightTree;
 use super::weights::Weights;
+use crate::facts::{Feature, has};
 use crate::math::float::{max, min};
 use crate::shape::Shape;
 use crate::spectrum::Rgb;
@@ -77,6 +78,7 @@ impl LightSampler {
     /// there is no choice. `None` where there is no light, or none that reaches the point.
     #[inline(always)]
     pub fn sample(&self, at: impl FnOnce() -> Receiver, u: impl FnOnce() -> f64) -> Option<(usize, f32)> {
+        has(Feature::LightChoice, self.choice.is_some());
         match &self.choice {
             None if self.count == 0 => None,
             None => Some((0, 1.0)),
@@ -87,12 +89,14 @@ impl LightSampler {
     /// What [`Self::sample`] needs to know of a point, for asking several times.
     #[inline(always)]
     pub fn at(&self, at: impl FnOnce() -> Receiver) -> LightsAt<'_> {
+        has(Feature::LightChoice, self.choice.is_some());
         LightsAt { count: self.count, choice: self.choice.as_ref().map(|choice| Importances::new(choice, &at())) }
     }
 
     /// The probability of choosing a light at a point.
     #[inline(always)]
     pub fn pmf(&self, light: usize, at: impl FnOnce() -> Receiver) -> f32 {
+        has(Feature::LightChoice, self.choice.is_some());
         self.choice.as_ref().map_or(1.0, |choice| choice.pmf(light, &at()))
     }
 

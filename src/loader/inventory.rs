@@ -24,7 +24,11 @@ pub(super) fn of(document: &Document, used: &HashSet<ObjectId>) -> Inventory {
         }
         let name = if object.id.is_empty() { String::new() } else { format!(" '{}'", object.id) };
         let file = object.params.iter().find_map(|p| match (&p.value, p.name.as_str()) {
-            (Value::Text(file), "filename") => Some(format!(", '{file}' is not read")),
+            (Value::Text(file), "filename") => {
+                let bytes = document.find_file(file, p.at).ok().and_then(|path| document.files.bytes(&path));
+                let size = bytes.map_or_else(String::new, |bytes| format!(" ({bytes} bytes)"));
+                Some(format!(", '{file}'{size} is not read"))
+            }
             _ => None,
         });
         let (title, place) = (title(object), document.sources.span(object.at));

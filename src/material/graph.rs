@@ -2,6 +2,7 @@
 
 use super::layer::{self, Layer, Perturbation};
 use crate::bsdf::{Bsdf, Parameter};
+use crate::facts::{Feature, has};
 use crate::math::float::{max, min, sqr};
 use crate::math::frame::Frame;
 use crate::spectrum::Rgb;
@@ -166,6 +167,11 @@ impl Graph {
         }
     }
 
+    /// Whether it has holes.
+    pub fn has_masks(&self) -> bool {
+        self.nodes.iter().any(|node| matches!(node, Node::Mask { .. }))
+    }
+
     /// The same of rougher twins ([`Bsdf::regularized`]).
     pub fn regularized(&self) -> Self {
         let mut twin = self.clone();
@@ -213,7 +219,9 @@ impl Resolver<'_> {
         if !(weight > 0.0) {
             return;
         }
-        match &self.graph.nodes[index as usize] {
+        let node = &self.graph.nodes[index as usize];
+        has(Feature::Masks, matches!(node, Node::Mask { .. }));
+        match node {
             Node::Leaf { bsdf, varying, coat_normal } => self.leaf(bsdf, varying, *coat_normal, weight, perturbation),
             &Node::TwoSided { front, back } => match own(perturbation.as_ref(), self.place.wo).z < 0.0 {
                 false => self.node(front, weight, perturbation),

@@ -11,6 +11,7 @@ pub use graph::{Graph, Node, NormalSource, Number, Place, Terminator};
 pub use layer::{Layer, Perturbation};
 
 use crate::bsdf::{Bsdf, BsdfSample, Lobes};
+use crate::facts::{Feature, has};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
 use crate::spectrum::Rgb;
@@ -92,9 +93,15 @@ pub enum Scatter<'a> {
 }
 
 impl Scatter<'_> {
+    #[inline(always)]
+    fn is_worked_out(&self) -> bool {
+        matches!(self, Self::Layers(_))
+    }
+
     /// See [`Bsdf::eval_pdf`].
     #[inline(always)]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        has(Feature::Textures, self.is_worked_out());
         match self {
             Self::One(bsdf) => bsdf.eval_pdf(wo, wi),
             Self::Layers(layers) => layer::eval_pdf(layers, &wo, &wi),
@@ -104,6 +111,7 @@ impl Scatter<'_> {
     /// See [`Bsdf::sample`].
     #[inline(always)]
     pub fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
+        has(Feature::Textures, self.is_worked_out());
         match self {
             Self::One(bsdf) => bsdf.sample(wo, u),
             Self::Layers(layers) => layer::sample(layers, &wo, &u),
@@ -146,6 +154,7 @@ impl Scatter<'_> {
     /// The lobes of all bsdfs in it.
     #[inline(always)]
     pub fn lobes(&self) -> Lobes {
+        has(Feature::Textures, self.is_worked_out());
         match self {
             Self::One(bsdf) => bsdf.lobes(),
             Self::Layers(layers) => layers.iter().map(|layer| layer.bsdf.lobes()).fold(NO_LOBES, union),

@@ -7,6 +7,7 @@
 
 use super::Scene;
 use crate::accel::Hit;
+use crate::facts::{Feature, has};
 use crate::material::Material;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -45,7 +46,7 @@ impl Ahead {
 impl Scene {
     /// Whether it pays to look ahead.
     pub fn looks_ahead(&self) -> bool {
-        self.features.textures > 0
+        has(Feature::Textures, self.features.textures > 0)
     }
 
     /// Looks at what the rays `ray(0)`, `ray(1)`, … meet, in place of what `ahead` holds.

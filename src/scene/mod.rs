@@ -20,9 +20,10 @@ pub use surface::Surface;
 
 use crate::accel::{Accel, Hit};
 use crate::camera::Camera;
+use crate::facts::{Feature, has};
 use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::light::{Light, LightSampler};
-use crate::material::{Graph, Layer, Material, Place, Scatter};
+use crate::material::{Graph, Layer, Material, Place, Scatter, Sides};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -157,19 +158,41 @@ impl Scene {
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
         let appearance = self.appearances[hit.shape as usize];
-        let material = match &materials[appearance.material as usize] {
+        let material = &materials[appearance.material as usize];
+        has(Feature::Textures, matches!(material, Material::Varying(_)));
+        let material = match material {
             Material::Plain(sides) => sides,
             Material::Varying(graph) => return self.varying_surface(ray, hit, met(), graph, layers),
         };
-        // Twice the same: a point that came from either would have to be put into memory, and read too soon after.
-        let mut surface = match &self.shapes[hit.shape as usize] {
-            Shape::Mesh(mesh) => Surface::new(mesh.meet(ray, hit.primitive), -ray.d, material, appearance.light),
-            quadric => Surface::new(quadric.meet(ray, hit.primitive), -ray.d, material, appearance.light),
-        };
+        let mut surface = self.surface_by(ray, hit, appearance, material);
+        has(Feature::Tangents, appearance.tangents.is_some());
         if let Some(field) = appearance.tangents {
             surface.frame = self.anisotropic_frame(field, hit.primitive, surface.frame.n, surface.point);
         }
         surface
+    }
+
+    /// The same in a scene none of whose materials is worked out at each point or depends on tangents, so that nothing of that is
+    /// here.
+    #[inline(always)]
+    pub fn plain_surface(&self, ray: &Ray, hit: Hit) -> Surface<'_> {
+        let appearance = self.appearances[hit.shape as usize];
+        match &self.materials[appearance.material as usize] {
+            Material::Plain(sides) => self.surface_by(ray, hit, appearance, sides),
+            Material::Varying(_) => unreachable!("the scene has no material that varies"),
+        }
+    }
+
+    #[inline(always)]
+    fn surface_by<'a>(&'a self, ray: &Ray, hit: Hit, appearance: Appearance, material: &'a Sides) -> Surface<'a> {
+        let shape = &self.shapes[hit.shape as usize];
+        has(Feature::Quadrics, shape.is_quadric());
+        has(Feature::Instances, matches!(shape, Shape::Placed(_)));
+        // Twice the same: a point that came from either would have to be put into memory, and read too soon after.
+        match shape {
+            Shape::Mesh(mesh) => Surface::new(mesh.meet(ray, hit.primitive), -ray.d, material, appearance.light),
+            quadric => Surface::new(quadric.meet(ray, hit.primitive), -ray.d, material, appearance.light),
+        }
     }
 
     /// A surface whose material is worked out for the point: not inlined, as most scenes have none.
@@ -254,7 +277,7 @@ impl Scene {
     /// Whether something absorbs light inside of it.
     #[inline(always)]
     pub fn absorbs(&self) -> bool {
-        !self.absorption.is_empty()
+        has(Feature::Volumes, !self.absorption.is_empty())
     }
 
     /// The largest radiance of any light ([`Light::brightest`]).

@@ -59,6 +59,12 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Whether it is one of the scene's own that is no mesh.
+    #[inline(always)]
+    pub fn is_quadric(&self) -> bool {
+        matches!(self, Self::Sphere(_) | Self::Disk(_) | Self::Cylinder(_))
+    }
+
     /// How many primitives it has: faces of a mesh, 1 of a quadric.
     pub fn primitive_count(&self) -> usize {
         match self {

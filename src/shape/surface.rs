@@ -3,6 +3,7 @@
 use super::offset::{self, SurfacePoint};
 use super::triangle::{self, Corner};
 use super::{Plane, Shape, TriangleMesh, sphere::Sphere};
+use crate::facts::{Feature, has};
 use crate::math::ray::{Line, Ray};
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
@@ -39,6 +40,7 @@ impl Shape {
 
     #[inline(never)]
     fn meet_other(&self, ray: &Ray, primitive: u32) -> ShapePoint {
+        has(Feature::Instances, matches!(self, Self::Placed(_)));
         match self {
             Self::Placed(placed) => placed.meet(ray, primitive),
             quadric => quadric.meet_quadric(ray),
@@ -138,7 +140,7 @@ impl TriangleMesh {
     /// The interpolated vertex normal; `None` where the mesh is flat or the normals cancel.
     #[inline(always)]
     pub(super) fn shading_normal(&self, face: u32, b: [f64; 3]) -> Option<Vec3> {
-        if self.normals.is_empty() { None } else { self.interpolated_normal(face, b) }
+        if !has(Feature::Normals, !self.normals.is_empty()) { None } else { self.interpolated_normal(face, b) }
     }
 
     #[inline(never)]

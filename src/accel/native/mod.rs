@@ -19,6 +19,7 @@ mod triangles;
 mod wide;
 
 use super::{Hit, Quality, Start};
+use crate::facts::{Feature, has};
 use crate::math::ray::Ray;
 use crate::shape::Shape;
 use block::QuadricBlock;
@@ -146,7 +147,8 @@ impl Native {
     /// The closest hit of each ray; see [`super::Accel::closest_hits_from`].
     pub(crate) fn closest_hits(&self, rays: &[Ray], start: Start<'_>, hits: &mut [Hit]) {
         let from = start.primitives();
-        let with_distances = self.quadrics.is_some() || self.instances.is_some();
+        let with_distances =
+            has(Feature::Quadrics, self.quadrics.is_some()) | has(Feature::Instances, self.instances.is_some());
         if let Some(Triangles::Tree(tree)) = &self.triangles {
             if with_distances {
                 self.closest_of_all(tree, rays, from, hits);
@@ -209,6 +211,8 @@ impl Native {
             Some(Triangles::Tree(tree)) => tree.occluded_all(rays, ends, occluded),
             None => {}
         }
+        has(Feature::Quadrics, self.quadrics.is_some());
+        has(Feature::Instances, self.instances.is_some());
         if let Some(tree) = &self.quadrics {
             tree.occluded(rays, ends, occluded);
         }

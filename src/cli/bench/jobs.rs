@@ -79,7 +79,7 @@ fn of_variant(args: &BenchArgs, scene: &Path, variant: &Variant) -> Result<Rende
     }
     // Any count that every sampler can have: how many there are is the bench's business.
     render.spp = Some(1);
-    Ok(render)
+    Ok(*render)
 }
 
 /// What is wrong with options for `render` that mean nothing here.

@@ -37,7 +37,7 @@ pub(super) fn compile(
     let (mut look, mut fields, mut uv_fields) = (Look::default(), tangents::Fields::default(), uvs::Fields::default());
     let mut makers = mesh_values::Makers::new(description);
     for (index, ((shape, &described), space)) in (0u32..).zip(shapes.iter().zip(kept).zip(spaces)) {
-        let material = look.materials.index(description, described.bsdf, place.to_scene.unit)?;
+        let material = look.materials.index(description, described.bsdf, (&place.textures, place.to_scene.unit))?;
         let values = makers.of(described, shape)?;
         let light = match described.emission {
             Some(emission) if !emission.radiance.is_black() => {

@@ -9,6 +9,8 @@ use crate::error::{Error, Result, Span};
 use crate::material::{Graph, Material, Node, NormalSource, Number, Sides, Terminator};
 use crate::math::float::saturate_to_f32;
 use crate::spectrum::Rgb;
+use crate::texture::{TexturePoint, Textures};
+use glam::Vec2;
 use std::collections::HashMap;
 
 /// The materials compiled so far.
@@ -21,15 +23,21 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Index of the material for a bsdf of the description, compiled once; `unit` is that of the compiled scene.
-    pub(super) fn index(&mut self, description: &SceneDescription, id: BsdfId, unit: f64) -> Result<u32> {
+    /// Index of the material for a bsdf of the description, compiled once; `textures` and `unit` are those of the compiled
+    /// scene.
+    pub(super) fn index(
+        &mut self,
+        description: &SceneDescription,
+        id: BsdfId,
+        (textures, unit): (&Textures, f64),
+    ) -> Result<u32> {
         if let Some(&index) = self.indices.get(&id) {
             return Ok(index);
         }
-        let material = match sides(description, id)? {
+        let material = match sides(description, textures, id)? {
             Some(sides) => Material::Plain(sides),
             None => {
-                let mut builder = Builder { description, unit, nodes: Vec::new() };
+                let mut builder = Builder { description, textures, unit, nodes: Vec::new() };
                 builder.node(id)?;
                 Material::Varying(Graph::new(builder.nodes))
             }
@@ -41,10 +49,14 @@ impl Materials {
         Ok(index)
     }
 
+    /// Whether anything absorbs.
+    pub(super) fn absorbs(&self) -> bool {
+        self.insides.iter().flatten().any(|absorption| !absorption.is_black())
+    }
+
     /// What is inside of surfaces of each material; nothing if nothing absorbs.
     pub(super) fn absorption(&mut self) -> Vec<Option<Rgb>> {
-        let absorbs = self.insides.iter().flatten().any(|absorption| !absorption.is_black());
-        if absorbs { std::mem::take(&mut self.insides) } else { Vec::new() }
+        if self.absorbs() { std::mem::take(&mut self.insides) } else { Vec::new() }
     }
 }
 
@@ -91,10 +103,12 @@ pub(super) fn check(description: &SceneDescription) -> Result<()> {
 }
 
 /// What needs no working out at each point: a bsdf, or two sides, without textures.
-fn sides(description: &SceneDescription, id: BsdfId) -> Result<Option<Sides>> {
+fn sides(description: &SceneDescription, textures: &Textures, id: BsdfId) -> Result<Option<Sides>> {
     let plain = |id: BsdfId| {
         let bsdf = &description.bsdfs[id.0];
-        if bsdf.asked_textures().is_empty() { leaf(&bsdf.kind) } else { None }
+        let varies = bsdf.asked_textures().iter().any(|id| description.textures[id.0].is_varying());
+        let has_normal = matches!(bsdf.kind, BsdfKind::Gltf(gltf) if gltf.coat_normal.is_some());
+        if varies || has_normal { None } else { leaf_with_constants(bsdf, description, textures) }
     };
     let BsdfKind::TwoSided { front, back } = description.bsdfs[id.0].kind else {
         return Ok(plain(id).map(|front| Sides { front, back: None }));
@@ -108,6 +122,23 @@ fn sides(description: &SceneDescription, id: BsdfId) -> Result<Option<Sides>> {
     Ok(Some(Sides { front, back: Some(back) }))
 }
 
+/// A bsdf that is no combination of others, with the numbers of its textures that are the same everywhere.
+fn leaf_with_constants(bsdf: &description::Bsdf, description: &SceneDescription, textures: &Textures) -> Option<Bsdf> {
+    let mut compiled = leaf(&bsdf.kind)?;
+    let anywhere = TexturePoint::new(Vec2::ZERO);
+    for &(parameter, id) in bsdf.varying.iter().filter(|(_, id)| !description.textures[id.0].is_varying()) {
+        let index = id.0 as u32;
+        compiled.set(
+            parameter,
+            match parameter.is_colour() {
+                true => textures.colour(index, &anywhere),
+                false => Rgb::splat(textures.number(index, &anywhere)),
+            },
+        );
+    }
+    Some(compiled)
+}
+
 /// A side of a two-sided bsdf: anything that reflects only. (A back may be nothing at all, too: the surface then has none.)
 fn check_side(bsdf: &Bsdf, at: &Span) -> Result<()> {
     if bsdf.lobes().transmits {
@@ -119,6 +150,7 @@ fn check_side(bsdf: &Bsdf, at: &Span) -> Result<()> {
 /// Makes a graph.
 struct Builder<'a> {
     description: &'a SceneDescription,
+    textures: &'a Textures,
     unit: f64,
     nodes: Vec<Node>,
 }
@@ -157,9 +189,11 @@ impl Builder<'_> {
                 Node::Perturbed { nested, normal: self.normal(normal), terminator: self::terminator(terminator) }
             }
             ref kind => {
-                let varying = bsdf.varying.iter().map(|&(p, texture)| (p, texture.0 as u32)).collect();
+                let varies = |(_, id): &&(_, description::TextureId)| self.description.textures[id.0].is_varying();
+                let varying = bsdf.varying.iter().filter(varies).map(|&(p, texture)| (p, texture.0 as u32)).collect();
                 // Everything that is not a combination is a leaf.
-                let bsdf = leaf(kind).ok_or_else(|| Error::scene(&bsdf.at, "this cannot be a part of a bsdf"))?;
+                let compiled = leaf_with_constants(bsdf, self.description, self.textures);
+                let bsdf = compiled.ok_or_else(|| Error::scene(&bsdf.at, "this cannot be a part of a bsdf"))?;
                 let coat_normal = if let BsdfKind::Gltf(gltf) = kind { gltf.coat_normal } else { None };
                 Node::Leaf { bsdf, varying, coat_normal: coat_normal.map(|normal| self.normal(normal)) }
             }

@@ -1,6 +1,7 @@
 //! From the scene description to the compiled scene: the only place that knows both.
 
 mod camera;
+mod fold;
 mod geometry;
 mod instances;
 mod lights;
@@ -14,11 +15,13 @@ mod uvs;
 use super::space::ToScene;
 use super::{Features, FilmSettings, Scene};
 use crate::accel::{Accel, Accelerator, Choice, Quality};
+use crate::camera::Camera;
 use crate::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::light::{Light, LightSampler};
 use crate::material::Material;
 use crate::shape::Shape;
+pub use fold::{Beyond, fold};
 use lights::Place;
 use look::Look;
 use std::collections::HashSet;
@@ -80,8 +83,9 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
     let accel_choice = Choice::new(options.accelerator, options.quality, &shapes, rays(description, options));
     let accel = Accel::build(accel_choice.accelerator, &shapes, options.threads, accel_choice.quality)?;
     let accel_build = start.elapsed();
-    let features = features(description, &shapes, &look);
-    let infinite_lights: Vec<u32> = (0u32..).zip(&look.lights).filter(|(_, l)| is_sky(l)).map(|(i, _)| i).collect();
+    let seen_by = camera::compile(camera, &to_scene)?;
+    let features = features(description, &shapes, &look, &seen_by);
+    let infinite_lights: Vec<u32> = (0u32..).zip(&look.lights).filter(|(_, l)| l.is_sky()).map(|(i, _)| i).collect();
     let light_sampler = LightSampler::new(&look.lights, &shapes);
     let film = FilmSettings {
         size: (camera.film.width, camera.film.height),
@@ -91,8 +95,9 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         component_format: camera.film.component_format,
         pixel_format: camera.film.pixel_format,
     };
+    features.allow();
     let scene = Scene {
-        camera: camera::compile(camera, &to_scene)?,
+        camera: seen_by,
         film,
         shapes,
         appearances: look.appearances,
@@ -122,13 +127,8 @@ pub(super) fn rays(description: &SceneDescription, options: &CompileOptions) -> 
     RAYS_PER_SAMPLE * pixels * f64::from(samples)
 }
 
-/// Whether rays that meet nothing else meet this light.
-fn is_sky(light: &Light) -> bool {
-    matches!(light, Light::Constant(_) | Light::Environment(_))
-}
-
 /// What the scene has; of a group once, however often it is placed.
-fn features(description: &SceneDescription, shapes: &[Shape], look: &Look) -> Features {
+fn features(description: &SceneDescription, shapes: &[Shape], look: &Look, camera: &Camera) -> Features {
     let mut groups = HashSet::new();
     let stored: Vec<&Shape> = shapes
         .iter()
@@ -149,9 +149,13 @@ fn features(description: &SceneDescription, shapes: &[Shape], look: &Look) -> Fe
         delta_lobes: lobes.clone().any(|l| l.delta),
         transmission: lobes.clone().any(|l| l.transmits),
         anisotropy: lobes.clone().any(|l| l.anisotropic),
+        volumes: look.materials.absorbs(),
+        lens: camera.has_lens(),
+        varying_materials: look.materials.all.iter().filter(|m| matches!(m, Material::Varying(_))).count() as u64,
+        masks: look.materials.all.iter().any(|m| matches!(m, Material::Varying(graph) if graph.has_masks())),
         textures: description.textures.iter().filter(|t| t.is_varying()).count() as u64,
         area_lights: count(|l| matches!(l, Light::Area(_) | Light::Varying(_))),
-        infinite_lights: count(is_sky),
+        infinite_lights: count(Light::is_sky),
         directional_lights: count(|l| matches!(l, Light::Directional(_))),
         point_lights: count(|l| matches!(l, Light::Point(_))),
         spot_lights: count(|l| matches!(l, Light::Spot(_))),
