@@ -261,12 +261,15 @@ fn picture(data: &[u8], extension: &str) -> Outcome {
     scene("scene.xml", &[("scene.xml", text.as_bytes()), (&name, data)], false, false)
 }
 
-/// A checkpoint or a shard; or the record of one, with sums of 2×2 pixels. Whoever can write can make the hash fit, which
-/// changes of bytes do not, so that records come alone, too.
+/// A checkpoint, with samples where the error is or everywhere, or a shard; or the record of one, with sums of 2×2 pixels.
+/// Whoever can write can make the hash fit, which changes of bytes do not, so that records come alone, too.
 fn sums(data: &[u8]) -> Outcome {
     /// Sums beside radiance, and whole numbers.
     const MEANS: usize = 8;
     const NUMBERS: usize = 4;
+    /// Of a block: two halves of two sequences; and the samples of each of these.
+    const TILES: usize = 4;
+    const SAMPLES: u32 = 2;
     let start = ProcessTime::now();
     let sums = if data.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         sums_file::decode(data)
@@ -275,9 +278,14 @@ fn sums(data: &[u8]) -> Outcome {
         let means = (0..MEANS).map(|m| format!("mean.{m}"));
         let wide = ["sum.R", "sum.G", "sum.B", "weight"].map(String::from).into_iter().chain(means);
         let names = wide.flat_map(|name| (0..4).map(move |part| format!("snell.{name}.{part}")));
-        let names = names.chain((0..NUMBERS).map(|n| format!("snell.number.{n}")));
+        let names: Vec<_> = names.chain((0..NUMBERS).map(|n| format!("snell.number.{n}"))).collect();
+        // The same of the tiles of one block, each of which fills a plane.
+        let of_tile = |name: &String, tile: usize| format!("{}.{tile}", name.replacen("snell.", "snell.tile.", 1));
+        let of_tiles: Vec<_> = names.iter().flat_map(|name| (0..TILES).map(move |tile| of_tile(name, tile))).collect();
         let values = |i: usize| [0, 1, u32::MAX, 0x1234_5678].map(|v: u32| v.rotate_left(i as u32 % 32)).to_vec();
-        Ok(Sums::new(record, (SIZE, SIZE), names.enumerate().map(|(i, name)| (name, values(i)))))
+        let planes = names.into_iter().chain(of_tiles).enumerate().map(|(i, name)| (name, values(i)));
+        let samples = [("snell.samples.0".to_owned(), vec![SAMPLES, SAMPLES, 0, 0])];
+        Ok(Sums::new(record, (SIZE, SIZE), planes.chain(samples)))
     };
     check_time(data.len(), start);
     snell::cli::check_sums(&sums?)

@@ -9,7 +9,7 @@ use exr::prelude::{AttributeValue, FlatSamples, Text, WritableImage, read_all_fl
 use snell::image::{Metadata, Plane, PlaneValues, sums_file};
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 /// A room with indirect light, so that pixels share paths, an odd number of samples, and everything beside the picture.
@@ -63,22 +63,31 @@ fn shards_merge_to_the_bits_of_one_render() {
     }
 }
 
+/// What lets a render survive.
+const KEPT: [&str; 5] = ["--checkpoint=c.snell", "--checkpoint-interval=1ms", "--resume", "-o", "resumed.exr"];
+
+/// Runs a render that is killed as soon as it has kept something; returns whether it met one that ran.
+fn killed(desk: &Desk, render: &[&str]) -> bool {
+    let modified = || desk.path("c.snell").metadata().and_then(|m| m.modified()).ok();
+    let before = modified();
+    let mut running = desk.command().args(render).args(KEPT).stderr(Stdio::null()).spawn().unwrap();
+    while running.try_wait().unwrap().is_none() && modified() == before {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let met = running.try_wait().unwrap().is_none();
+    running.kill().unwrap();
+    running.wait().unwrap();
+    met
+}
+
 /// Killed again and again, whenever it has kept something.
 #[test]
 fn a_killed_render_goes_on_to_the_same_bits() {
     let desk = Desk::new();
     desk.succeeds(&[&RICH[..], &["-o", "whole.exr"]].concat());
-    let kept = ["--checkpoint=c.snell", "--checkpoint-interval=1ms", "--resume", "-o", "resumed.exr"];
+    let kept = KEPT;
     for _ in 0..3 {
-        let before = desk.path("c.snell").metadata().and_then(|m| m.modified()).ok();
-        let mut running = desk.command().args(RICH).args(kept).stderr(Stdio::null()).spawn().unwrap();
-        while running.try_wait().unwrap().is_none()
-            && desk.path("c.snell").metadata().and_then(|m| m.modified()).ok() == before
-        {
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        running.kill().unwrap();
-        running.wait().unwrap();
+        killed(&desk, &RICH);
     }
     assert!(desk.path("c.snell").exists());
     let resumed = desk.succeeds(&[&RICH[..4], &["--reuse=on", RICH[6]], &kept].concat());
@@ -88,6 +97,98 @@ fn a_killed_render_goes_on_to_the_same_bits() {
     desk.succeeds(&[&RICH[..], &kept].concat());
     assert_eq!(bits(&desk, "whole.exr"), bits(&desk, "resumed.exr"));
     assert_eq!(desk.files(), ["c.snell", "resumed.exr", "whole.exr"]);
+}
+
+/// A room under a wide filter, so that blocks have borders, with samples around the picture.
+fn filtered(desk: &Desk) {
+    let room = scene_text(
+        r#"<shape type="sphere"><float name="radius" value="9"/><boolean name="flip_normals" value="true"/>
+        <emitter type="area"><rgb name="radiance" value="1"/></emitter></shape><shape type="sphere"/>"#,
+    );
+    let film = r#"<boolean name="sample_border" value="true"/><rfilter type="gaussian"/>"#;
+    let room = room.replace(r#"<rfilter type="box"/>"#, film);
+    assert!(room.contains(film));
+    fs::write(desk.path("filtered.xml"), room).unwrap();
+}
+
+/// Whatever decides where samples go is kept, too: in the first pass, within later ones, and between them.
+#[test]
+fn a_killed_adaptive_render_goes_on_to_the_same_bits() {
+    let everything = "--aov=albedo,normal,depth,primitive,samples,error";
+    let plain = ["render", SCENE, "-Dres=30", "--spp=100", "-q", "--adaptive", "--reuse=off", "--max-depth=4"];
+    let wide = ["render", "filtered.xml", "--size=21x26", "--spp=90", "-q", "--adaptive", everything];
+    let shared = ["render", SCENE, "-Dres=30", "-q", "--target-error=6%", "--reuse=on", everything];
+    for (common, minimum) in [(&plain[..], 3), (&wide, 9), (&shared, 9)] {
+        let desk = Desk::new();
+        filtered(&desk);
+        desk.succeeds(&[common, &["-o", "whole.exr"]].concat());
+        let taken = || -> String {
+            let record = sums_file::read(&desk.path("c.snell")).unwrap().record;
+            record.split_once(r#""taken":"#).unwrap().1.split(',').next().unwrap().into()
+        };
+        let mut stages = Vec::new();
+        for _ in 0..3 {
+            if killed(&desk, common) {
+                stages.push(taken());
+            }
+            // And stopped by a signal, which keeps what is done up to then, with the interval by default.
+            let seldom = [&common[..], &["--checkpoint=c.snell", "--resume", "-o", "resumed.exr"]].concat();
+            let mut running = desk.command().args(seldom).spawn().unwrap();
+            std::thread::sleep(Duration::from_millis(60));
+            // The shell's own `kill`: the program of that name is not everywhere.
+            Command::new("sh").args(["-c", "kill -TERM \"$0\"", &running.id().to_string()]).status().unwrap();
+            running.wait().unwrap();
+        }
+        desk.succeeds(&[common, &KEPT].concat());
+        let whole = bits(&desk, "whole.exr");
+        assert!(whole.len() >= minimum && whole == bits(&desk, "resumed.exr"), "{common:?} {stages:?}");
+        // It stays, and nothing is left to do.
+        fs::remove_file(desk.path("resumed.exr")).unwrap();
+        desk.succeeds(&[common, &KEPT].concat());
+        assert_eq!(whole, bits(&desk, "resumed.exr"));
+        println!("{common:?}: {stages:?}");
+    }
+}
+
+#[test]
+fn an_adaptive_checkpoint_goes_on_to_a_lower_target_and_serves_no_other_render() {
+    let desk = Desk::new();
+    let common = ["render", SCENE, "-Dres=24", "--stats=s.json", "--checkpoint=c.exr", "--resume", "-oa.exr"];
+    let with = |more: &[&'static str]| [&common, more].concat();
+    let samples = || {
+        let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("s.json")).unwrap()).unwrap();
+        assert_eq!(stats["ended_by"], "error");
+        stats["samples"].as_u64().unwrap()
+    };
+    desk.succeeds(&with(&["--target-error=20%"]));
+    let first = samples();
+    let output = desk.succeeds(&with(&["--target-error=8%", "--confidence=90%", "--time=1h"]));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains(&format!("resuming c.exr after {first} samples")), "{said}");
+    assert!(said.contains("the target error is reached"), "{said}");
+    let second = samples();
+    assert!(second > first);
+    // A higher one is reached already.
+    desk.succeeds(&with(&["--target-error=10%"]));
+    assert_eq!(samples(), second);
+    let refuses = |more: &[&'static str], expected: &str| {
+        desk.refuses(&with(more), &["c.exr: this checkpoint is of another render: ", expected]);
+    };
+    refuses(&["--target-error=1%", "--seed=9"], "seed: 0, not 9");
+    refuses(&["--target-error=1%", "--spp=64"], "spp: no limit, not 64");
+    refuses(&["--spp=64"], "its samples go where the error is: it goes on with --adaptive or --target-error only");
+    desk.refuses(
+        &["merge", "c.exr", "-o", "m.exr"],
+        &["c.exr: this is no part of a picture: it is of a render whose samples go where the error is"],
+    );
+    // Whatever is claimed is checked.
+    falsify(&desk, "c.exr", r#""taken":"#, r#""taken":9"#);
+    let contradiction = "c.exr: cannot read the sums of a render: the record contradicts itself or the file";
+    desk.refuses(&with(&["--target-error=1%"]), &[contradiction]);
+    fs::remove_file(desk.path("c.exr")).unwrap();
+    desk.succeeds(&with(&["--spp=2"]));
+    let equal = "it has as many samples in every pixel: it cannot go on with --adaptive or --target-error";
+    refuses(&["--spp=4", "--adaptive"], equal);
 }
 
 #[test]

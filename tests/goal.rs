@@ -111,10 +111,6 @@ fn what_cannot_be_is_refused() {
         ),
         (&["--time=1s", "--shard=1/2"], "it cannot go with --time"),
         (
-            &["--adaptive", "--checkpoint=c"],
-            "--checkpoint keeps samples that are the same number in every pixel: it cannot go with --adaptive",
-        ),
-        (
             &["--target-error=1%", "--sampler=zsobol"],
             "--sampler zsobol is for a number of samples that is known before: with --target-error expected sobol or \
              independent",

@@ -19,11 +19,6 @@ pub(super) fn check(args: &RenderArgs) -> Result<()> {
         )));
     }
     if args.goal.is_adaptive() {
-        if args.keep.checkpoint.is_some() {
-            return Err(Error::Usage(format!(
-                "--checkpoint keeps samples that are the same number in every pixel: it cannot go with {name}"
-            )));
-        }
         if !matches!(args.sampler, SamplerName::Sobol | SamplerName::Independent) {
             let sampler = args.sampler.text();
             return Err(Error::Usage(format!(
@@ -60,6 +55,11 @@ pub(super) fn limits(args: &RenderArgs, samples: u32) -> Option<Limits> {
         error: goal.target_error,
         confidence: goal.confidence,
     })
+}
+
+/// The target error, for the record of a checkpoint.
+pub(super) fn target(args: &RenderArgs) -> Option<String> {
+    args.goal.target_error.map(|target| target.to_string())
 }
 
 /// What is known of a picture's error, and how certain that is.

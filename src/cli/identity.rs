@@ -50,7 +50,8 @@ fn by_name(
         ("filter", format!("{:?}", film.filter)),
         ("sample border", film.sample_border.to_string()),
         ("spp", if is_open { "no limit".into() } else { settings.samples.to_string() }),
-        ("ends by time", args.goal.time.is_some().to_string()),
+        // In passes, time decides nothing but the end.
+        ("ends by time", (args.goal.time.is_some() && !args.goal.is_adaptive()).to_string()),
         ("sampler", format!("{:?}", settings.sampler.kind)),
         ("seed", settings.sampler.seed.to_string()),
         ("integrator", format!("{:?}", integrator.estimator)),

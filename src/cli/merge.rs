@@ -33,7 +33,6 @@ pub(super) fn run(args: &MergeArgs, command: &str) -> Result<ExitCode> {
         return Err(Error::file(both, "cannot write the picture: this is one of the shards"));
     }
     let pictures = reserve_pictures(&args.output, &[])?;
-    let read = |path: &PathBuf| Record::read(path).map(|(record, state)| Part { path: path.clone(), record, state });
     let mut parts = args.shards.iter().map(read).collect::<Result<Vec<_>>>()?;
     parts.sort_by_key(|part| (part.record.samples.start, part.record.samples.end));
     check(&parts)?;
@@ -55,6 +54,15 @@ pub(super) fn run(args: &MergeArgs, command: &str) -> Result<ExitCode> {
         finish::write(layers, options, pictures, &say, &mut failures)
     });
     finish::last_of(failures).map(|()| ExitCode::SUCCESS)
+}
+
+fn read(path: &PathBuf) -> Result<Part> {
+    let (record, sums) = Record::open(path)?;
+    if record.is_adaptive() {
+        let message = "this is no part of a picture: it is of a render whose samples go where the error is";
+        return Err(Error::file(path, message));
+    }
+    Ok(Part { state: record.state(path, &sums)?, path: path.clone(), record })
 }
 
 fn of_another(first: &Path) -> String {

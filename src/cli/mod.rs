@@ -48,12 +48,13 @@ fn shell_line(words: &[OsString]) -> String {
     quoted.collect::<Vec<_>>().join(" ")
 }
 
-/// What `merge` asks of a part, and what it does with it but for writing: for those who get such files from strangers.
+/// What `merge` and `render --resume` ask of a file, and the picture that it makes: for those who get such files from strangers.
 ///
-/// Fails, with the reason, where record and sums do not fit together.
+/// Fails, with the reason, where record and sums do not fit together; as they do not where samples went where the error is, and a filter
+/// mixed them or paths were shared, which only the scene tells.
 pub fn check_sums(sums: &Sums) -> Result<(), String> {
-    let (record, state) = Record::from_sums(sums)?;
-    record.finish.develop((&state.film, None), &record.outcome(), 0.0, None, |_, _| ());
+    let (record, film) = Record::show(sums)?;
+    record.finish.develop((&film, None), &record.outcome(), 0.0, None, |_, _| ());
     Ok(())
 }
 

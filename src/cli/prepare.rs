@@ -48,6 +48,8 @@ pub(super) enum FilmKind {
     Kept,
     /// In blocks with numbers of their own.
     Blocks,
+    /// The same, and copies of them go to files.
+    KeptBlocks,
 }
 
 impl Prepared {
@@ -62,13 +64,17 @@ impl Prepared {
                 const KEPT_COPIES: u64 = 3;
                 (1 + KEPT_COPIES) * (Sums::bytes(pixels, Parts::Halves.count() as u64) + pixels * beside)
             }
-            FilmKind::Blocks => {
+            FilmKind::Blocks | FilmKind::KeptBlocks => {
+                /// What is kept of blocks is planes, and these again in the type of the file, and the film put together once more.
+                const KEPT_COPIES: u64 = 2;
+                let copies = if kind == FilmKind::KeptBlocks { KEPT_COPIES } else { 0 };
                 let parts = Parts::Replicates.count() as u64;
                 // Every block has a border of its own; beside the blocks there are estimates and, at the end, the film.
                 let edge = u64::from(BLOCK_SIZE);
                 let with_border = edge + 2 * u64::from(self.scene.film.filter.border());
                 let blocks = (Sums::bytes(pixels, parts) + parts * pixels * beside) * with_border.pow(2) / edge.pow(2);
-                blocks + pixels * size_of::<PixelEstimate>() as u64 + Sums::bytes(pixels, 1) + pixels * beside
+                let film = Sums::bytes(pixels, 1) + pixels * beside;
+                (1 + copies) * blocks + pixels * size_of::<PixelEstimate>() as u64 + (1 + copies) * film
             }
         };
         check_limit(&Prediction { film, ..self.memory }, &self.limit)?;

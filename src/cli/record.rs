@@ -5,9 +5,11 @@ use crate::error::{Error, Result};
 use crate::error_estimate::Parts;
 use crate::film::exact::Scale;
 use crate::film::{Dropped, Extras, Film};
-use crate::image::{Filter, Plane, sums_file};
+use crate::image::sums_file::{self, Sums};
+use crate::image::{Filter, Plane};
 use crate::integrator::RayCounts;
-use crate::render::{Done, Standing, State};
+use crate::render::adaptive::{self, Earlier, Unfit};
+use crate::render::{Done, Reached, Standing, State};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -19,6 +21,9 @@ const FORMAT: u32 = 2;
 
 /// Largest magnitude of a film's exponents: those of f32, squared, and some bits.
 const MAX_EXPONENT: i32 = 600;
+
+/// More samples or rays than anyone takes, of which some can be added up.
+const MOST_COUNTED: u64 = 1 << 60;
 
 /// Most differences that a message names.
 const SHOWN: usize = 5;
@@ -63,6 +68,15 @@ impl Identity {
     }
 }
 
+/// How far a render in passes is, beside its sums.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Passes {
+    /// The target that it was to reach, if there was one.
+    target: Option<String>,
+    /// How many samples there were when the estimate came near that.
+    near: Option<u64>,
+}
+
 /// The record.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Record {
@@ -75,6 +89,9 @@ pub(super) struct Record {
     sampled_pixels: u64,
     pub(super) complete: bool,
     standing: Standing,
+    /// What more there is to know where samples went where the error is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    passes: Option<Passes>,
     /// Samples taken over all pixels.
     pub(super) taken: u64,
     /// Rays from the camera, from surfaces, and to lights.
@@ -99,6 +116,8 @@ pub(super) struct Kept {
     pub(super) all_samples: u32,
     /// In how many pixels samples are taken.
     pub(super) sampled_pixels: u64,
+    /// The error that it is to reach, if there is one.
+    pub(super) target: Option<String>,
     pub(super) finish: Finish,
 }
 
@@ -118,6 +137,12 @@ impl Kept {
     /// The record of how far it is.
     fn record(&self, state: &State, complete: bool) -> Record {
         let (scale, extras) = state.film.kept();
+        let (standing, passes) = match &state.reached {
+            Reached::Units(standing) => (standing.clone(), None),
+            Reached::Passes(passes) => {
+                (Standing::default(), Some(Passes { target: self.target.clone(), near: passes.near }))
+            }
+        };
         Record {
             format: FORMAT,
             identity: self.identity.clone(),
@@ -125,7 +150,8 @@ impl Kept {
             all_samples: self.all_samples,
             sampled_pixels: self.sampled_pixels,
             complete,
-            standing: state.standing.clone(),
+            standing,
+            passes,
             taken: state.done.samples,
             rays: [state.done.rays.camera, state.done.rays.bounce, state.done.rays.shadow],
             ray_nanoseconds: nanoseconds(state.done.rays.time),
@@ -142,7 +168,7 @@ impl Kept {
     pub(super) fn sealed(&self, state: &State, complete: bool) -> (String, Vec<Plane>) {
         // Maps of texts and numbers: nothing that JSON has not.
         let record = serde_json::to_string(&self.record(state, complete)).unwrap_or_default();
-        (record, state.film.to_planes())
+        (record, state.to_planes())
     }
 }
 
@@ -152,55 +178,108 @@ impl Record {
         of_part(&self.identity, &self.samples)
     }
 
-    /// Reads a file's record and sums.
+    /// Reads a file's record, and the sums that are to be looked at with it.
     ///
-    /// Fails where the file cannot be read, has none, or they do not fit together.
-    pub(super) fn read(path: &Path) -> Result<(Self, State)> {
+    /// Fails where the file cannot be read or has none.
+    pub(super) fn open(path: &Path) -> Result<(Self, Sums)> {
         let sums = sums_file::read(path)?;
-        Self::from_sums(&sums).map_err(|e| Error::file(path, format!("cannot read the sums of a render: {e}")))
+        let record = Self::parse(&sums).map_err(|e| unreadable(path, &e))?;
+        Ok((record, sums))
     }
 
-    /// The record and the sums of a file.
-    pub(super) fn from_sums(sums: &sums_file::Sums) -> std::result::Result<(Self, State), String> {
+    /// The record of a file.
+    fn parse(sums: &Sums) -> std::result::Result<Self, String> {
         let format = serde_json::from_str::<Format>(&sums.record).map_err(|e| e.to_string())?.format;
         if format != FORMAT {
             return Err(format!("they are of version {format}, not {FORMAT}, of this kind of file"));
         }
-        let record: Self = serde_json::from_str(&sums.record).map_err(|e| e.to_string())?;
-        let film = record.film(sums.size).ok_or("the record contradicts itself or the file")?;
-        film.add_planes(|name| sums.plane(name)).map_err(|name| format!("the channel {name} is missing"))?;
-        film.add_dropped(&record.dropped);
-        let [camera, bounce, shadow] = record.rays;
-        let rays = RayCounts { camera, bounce, shadow, time: Duration::from_nanos(record.ray_nanoseconds) };
-        let (standing, done) = (record.standing.clone(), Done { samples: record.taken, rays });
-        let time = Duration::from_nanos(record.nanoseconds);
-        Ok((record, State { film, standing, done, time }))
+        serde_json::from_str(&sums.record).map_err(|e| e.to_string())
     }
 
-    /// An empty film like that of the sums; `None` where the record cannot be right.
-    fn film(&self, size: (u32, u32)) -> Option<Film> {
+    /// Whether samples went where the error is, so that pixels have numbers of their own.
+    pub(super) fn is_adaptive(&self) -> bool {
+        self.passes.is_some()
+    }
+
+    /// The state of a render whose pixels all have the same number, with the sums of its file.
+    ///
+    /// Fails where they do not fit together.
+    pub(super) fn state(&self, path: &Path, sums: &Sums) -> Result<State> {
+        self.state_of(sums).map_err(|e| unreadable(path, &e))
+    }
+
+    fn state_of(&self, sums: &Sums) -> std::result::Result<State, String> {
+        let film = self.film(sums)?.with_parts(Parts::Halves.count());
+        film.add_planes(|name| sums.plane(name)).map_err(|name| missing(&name))?;
+        film.add_dropped(&self.dropped);
+        let reached = Reached::Units(self.standing.clone());
+        Ok(State { film, reached, done: self.done(), time: Duration::from_nanos(self.nanoseconds) })
+    }
+
+    /// What is known of a render in passes beside its planes, if it is to reach the error `target` from now on.
+    ///
+    /// Fails where the record does not fit the sums.
+    pub(super) fn earlier(&self, path: &Path, sums: &Sums, target: Option<&String>) -> Result<Earlier> {
+        self.earlier_of(sums, target).map_err(|e| unreadable(path, &e))
+    }
+
+    fn earlier_of(&self, sums: &Sums, target: Option<&String>) -> std::result::Result<Earlier, String> {
+        let film = self.film(sums)?;
+        film.add_dropped(&self.dropped);
+        // Looks at another target are none at this one.
+        let near =
+            self.passes.as_ref().filter(|passes| passes.target.as_ref() == target).and_then(|passes| passes.near);
+        Ok(Earlier { film, near, done: self.done(), time: Duration::from_nanos(self.nanoseconds) })
+    }
+
+    /// What the file shows, whatever kind of render it is of, and its record; for those who get files from strangers.
+    ///
+    /// Fails where record and sums do not fit together.
+    pub(super) fn show(sums: &Sums) -> std::result::Result<(Self, Film), String> {
+        let record = Self::parse(sums)?;
+        let film = match &record.passes {
+            None => record.state_of(sums)?.film,
+            Some(passes) => {
+                let earlier = record.earlier_of(sums, passes.target.as_ref())?;
+                adaptive::put_together(earlier, |name| sums.plane(name)).map_err(|unfit| unfit_text(&unfit))?
+            }
+        };
+        Ok((record, film))
+    }
+
+    fn done(&self) -> Done {
+        let [camera, bounce, shadow] = self.rays;
+        let rays = RayCounts { camera, bounce, shadow, time: Duration::from_nanos(self.ray_nanoseconds) };
+        Done { samples: self.taken, rays }
+    }
+
+    /// An empty film like that of the sums.
+    ///
+    /// Fails where the record cannot be right.
+    fn film(&self, sums: &Sums) -> std::result::Result<Film, String> {
         let Finish { crop, full_size, channels, pixel_format, .. } = &self.finish;
         let fits = |start: u32, length: u32, whole: u32| start.checked_add(length).is_some_and(|end| end <= whole);
         let possible = |e: &i32| e.abs() <= MAX_EXPONENT;
-        let is_possible = (crop.width, crop.height) == size
+        let is_possible = (crop.width, crop.height) == sums.size
             && fits(crop.x, crop.width, full_size.0)
             && fits(crop.y, crop.height, full_size.1)
             && full_size.0.max(full_size.1) <= i32::MAX.cast_unsigned()
             && possible(&self.exponent)
             && self.mean_exponents.iter().all(possible)
+            && self.mean_exponents.len().max(self.numbers) <= sums.plane_count()
+            && self.rays.into_iter().chain([self.taken]).all(|count| count <= MOST_COUNTED)
             && self.samples.start < self.samples.end
             && self.samples.end <= self.all_samples
             && channels.has_alpha() == pixel_format.has_alpha()
             && channels.fit(self.mean_exponents.len(), self.numbers);
         if !is_possible {
-            return None;
+            return Err(CONTRADICTION.into());
         }
         // Which filter the samples were weighted by does not matter to sums that are there.
         let film = Film::new(*crop, Filter::Box, false, Scale::for_exponent(self.exponent));
-        let film = film.with_parts(Parts::Halves.count());
         let means = self.mean_exponents.iter().map(|&e| Scale::for_exponent(e)).collect();
         let extras = |numbers| Extras { means, numbers };
-        Some(match self.numbers.checked_sub(1) {
+        Ok(match self.numbers.checked_sub(1) {
             None => film,
             Some(numbers) => film.with_extras(extras(numbers)),
         })
@@ -218,6 +297,29 @@ impl Record {
             error: None,
         }
     }
+}
+
+/// What is wrong with a record that cannot be right.
+const CONTRADICTION: &str = "the record contradicts itself or the file";
+
+fn missing(name: &str) -> String {
+    format!("the channel {name} is missing")
+}
+
+fn unreadable(path: &Path, why: &str) -> Error {
+    Error::file(path, format!("cannot read the sums of a render: {why}"))
+}
+
+fn unfit_text(unfit: &Unfit) -> String {
+    match unfit {
+        Unfit::Missing(name) => missing(name),
+        Unfit::Contradiction => CONTRADICTION.into(),
+    }
+}
+
+/// Why a render in passes cannot go on from a file.
+pub(super) fn unfit(path: &Path, unfit: &Unfit) -> Error {
+    unreadable(path, &unfit_text(unfit))
 }
 
 /// What every version of the record has.
@@ -239,6 +341,7 @@ mod tests {
             samples: 0..4,
             all_samples: 8,
             sampled_pixels: 6,
+            target: None,
             finish: Finish {
                 full_size: (4, 2),
                 crop,
@@ -256,7 +359,7 @@ mod tests {
         let id = crate::film::SampleId { x: 2, y: 1, index: 0 };
         tile.add_sample(id, crate::spectrum::Rgb::new(1.0, -0.3, 1e-7), || unreachable!());
         film.add(&tile, 0);
-        State { film, standing: Standing::default(), done: Done::default(), time: Duration::ZERO }
+        State { film, reached: Reached::Units(Standing::default()), done: Done::default(), time: Duration::ZERO }
     }
 
     /// The sums of a file with this record.
@@ -276,7 +379,9 @@ mod tests {
     #[test]
     fn what_was_written_is_read() {
         let (record, planes) = kept().sealed(&state(), true);
-        let (read, back) = Record::from_sums(&sums(&record, &planes)).unwrap();
+        let sums = sums(&record, &planes);
+        let read = Record::parse(&sums).unwrap();
+        let back = read.state_of(&sums).unwrap();
         assert_eq!(back.film.to_planes(), state().film.to_planes());
         assert_eq!(back.film.kept(), state().film.kept());
         assert_eq!((read.samples.clone(), read.all_samples, read.complete), (0..4, 8, true));
@@ -287,7 +392,7 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused() {
         let (record, planes) = kept().sealed(&state(), true);
-        let error = |record: &str, planes| Record::from_sums(&sums(record, planes)).err().unwrap();
+        let error = |record: &str, planes| Record::show(&sums(record, planes)).err().unwrap();
         let contradiction = "the record contradicts itself or the file";
         for (from, to, expected) in [
             (r#""format":2"#, r#""format":99"#, "they are of version 99, not 2, of this kind of file"),
@@ -300,6 +405,8 @@ mod tests {
             (r#""end":4"#, r#""end":9"#, contradiction),
             (r#""start":0"#, r#""start":4"#, contradiction),
             (r#""alpha":null"#, r#""alpha":0"#, contradiction),
+            (r#""rays":[0"#, r#""rays":[18446744073709551615"#, contradiction),
+            (r#""numbers":0"#, r#""numbers":9999999999"#, contradiction),
             (r#""numbers":0"#, r#""numbers":1"#, "the channel snell.number.0 is missing"),
             (r#""named":[]"#, r#""named":[["a","Samples"],["a","Samples"]]"#, contradiction),
             (r#""named":[]"#, r#""named":[["a",{"Number":7}]]"#, contradiction),

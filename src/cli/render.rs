@@ -13,7 +13,7 @@ use crate::description::IntegratorKind;
 use crate::error::{Error, Result};
 use crate::image::{Format, OutputFile, PixelFormat, Reserved};
 use crate::integrator::{Integrator, PathReuse, Undecided};
-use crate::render::adaptive::render_adaptively;
+use crate::render::adaptive::{AdaptiveSession, Keeping};
 use crate::render::{Progress, RenderSettings, Rendered, Session, State, total_samples};
 use crate::sampler::{MOST_OF_RUN, Sampler};
 use rayon::ThreadPool;
@@ -136,6 +136,7 @@ impl Job<'_> {
             samples,
             all_samples: settings.samples,
             sampled_pixels: total_samples(&prepared.scene, 1),
+            target: goal::target(args),
             finish: finish.clone(),
         }))
     }
@@ -154,8 +155,16 @@ impl Job<'_> {
         let total = has_number.then(|| total_samples(scene, samples.len() as u32));
         let aim = Aim { samples: total, time: args.goal.time, error: args.goal.target_error };
         if let Some(limits) = goal::limits(args, settings.samples) {
-            let _display = Display::start(progress, aim, args.quiet);
-            return Ok((render_adaptively(scene, settings, aovs, &limits, (pool, progress)), None));
+            let mut session = AdaptiveSession::new(scene, settings, aovs, &limits, progress);
+            if let Some(keeper) = keeper {
+                session = keeper.resume_adaptive(session, &say)?;
+            }
+            let display = Display::start(progress, aim, args.quiet);
+            let mut pace = keeper.map(|keeper| keeper.pace(say));
+            session.run(pool, pace.as_mut().map(|pace| pace as &mut dyn Keeping));
+            drop(display);
+            let state = keeper.map(|_| session.state());
+            return Ok((session.finish(), state));
         }
         let session = match args.goal.time {
             Some(time) => Session::timed(scene, settings, aovs, time, progress),
@@ -188,7 +197,8 @@ impl Job<'_> {
 /// What the film has to keep.
 fn film_kind(args: &RenderArgs) -> FilmKind {
     match (args.goal.is_adaptive(), args.keep.keeps_sums()) {
-        (true, _) => FilmKind::Blocks,
+        (true, true) => FilmKind::KeptBlocks,
+        (true, false) => FilmKind::Blocks,
         (false, true) => FilmKind::Kept,
         (false, false) => FilmKind::Halves,
     }

@@ -26,6 +26,7 @@ mod gathered;
 mod kernel;
 mod sums;
 mod tile;
+mod words;
 
 pub use extras::Extras;
 pub use gathered::Gathered;
@@ -126,7 +127,8 @@ impl Pixel {
     /// Both together.
     pub fn add(&mut self, other: &Self) {
         self.sum.add(&other.sum);
-        self.weight += other.weight;
+        // As its sums: what a file claims may be anything.
+        self.weight = self.weight.wrapping_add(other.weight);
     }
 
     /// The same as of 2^`times` times as many samples.

@@ -10,31 +10,31 @@ use super::{Extras, Film, Pixel, lock};
 use crate::image::{Plane, PlaneValues};
 
 /// Planes that a 128-bit sum takes.
-const LIMBS: usize = 4;
+pub(super) const LIMBS: usize = 4;
 
 /// Bits of one.
 const LIMB_BITS: usize = 32;
 
 /// What the four 128-bit sums of a pixel are called.
-const SUMS: [&str; LIMBS] = ["sum.R", "sum.G", "sum.B", "weight"];
+pub(super) const SUMS: [&str; LIMBS] = ["sum.R", "sum.G", "sum.B", "weight"];
 
 /// Part `limb` of a sum.
-fn limb(sum: i128, limb: usize) -> u32 {
+pub(super) fn limb(sum: i128, limb: usize) -> u32 {
     (sum >> (limb * LIMB_BITS)) as u32
 }
 
 /// The sum that has these parts.
-fn from_limbs(limbs: [u32; LIMBS]) -> i128 {
+pub(super) fn from_limbs(limbs: [u32; LIMBS]) -> i128 {
     limbs.iter().rev().fold(0, |sum, &limb| sum << LIMB_BITS | u128::from(limb)).cast_signed()
 }
 
 impl Pixel {
-    fn sums(&self) -> [i128; LIMBS] {
+    pub(super) fn sums(&self) -> [i128; LIMBS] {
         let [r, g, b] = self.sum.units();
         [r, g, b, self.weight]
     }
 
-    fn add_sums(&mut self, [r, g, b, weight]: [i128; LIMBS]) {
+    pub(super) fn add_sums(&mut self, [r, g, b, weight]: [i128; LIMBS]) {
         self.sum.add_units([r, g, b]);
         self.weight = self.weight.wrapping_add(weight);
     }

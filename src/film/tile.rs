@@ -63,6 +63,24 @@ impl Tile {
         &self.pixels[first..first + count as usize]
     }
 
+    /// The sums of all pixels within its reach, row by row.
+    pub(super) fn pixels(&self) -> &[Pixel] {
+        &self.pixels
+    }
+
+    pub(super) fn pixels_mut(&mut self) -> &mut [Pixel] {
+        &mut self.pixels
+    }
+
+    /// What it keeps beside radiance, and the sums of that.
+    pub(super) fn kept(&self) -> Option<(&Extras, &ExtraSums)> {
+        self.extras.as_deref().map(|(extras, sums)| (extras, sums))
+    }
+
+    pub(super) fn kept_mut(&mut self) -> Option<(&Extras, &mut ExtraSums)> {
+        self.extras.as_deref_mut().map(|(extras, sums)| (&*extras, sums))
+    }
+
     /// What it gathered beside radiance.
     pub(super) fn extras(&self) -> Option<&ExtraSums> {
         self.extras.as_deref().map(|(_, sums)| sums)

@@ -34,6 +34,11 @@ impl Sums {
         Self { record, size, planes: planes.into_iter().collect() }
     }
 
+    /// How many planes there are.
+    pub fn plane_count(&self) -> usize {
+        self.planes.len()
+    }
+
     /// The values of the plane of that name.
     pub fn plane(&self, name: &str) -> Option<&[u32]> {
         self.planes.get(name).map(Vec::as_slice)

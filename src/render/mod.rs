@@ -15,6 +15,7 @@ pub use ledger::Standing;
 use crate::error_estimate::{Estimates, Parts};
 use crate::film::exact::Scale;
 use crate::film::{Dropped, Film};
+use crate::image::Plane;
 use crate::integrator::aov::Aovs;
 use crate::integrator::{Integrator, RayCounts, Work};
 use crate::sampler::Sampler;
@@ -162,12 +163,30 @@ impl std::ops::AddAssign for Done {
 pub struct State {
     /// The sums of what is done.
     pub film: Film,
-    /// Which units of work that is.
-    pub standing: Standing,
+    /// Which work that is.
+    pub reached: Reached,
     /// How much it is.
     pub done: Done,
     /// The wall time that it took.
     pub time: Duration,
+}
+
+/// Which work of a render is done.
+pub enum Reached {
+    /// Of one whose pixels all get the same number of samples: units.
+    Units(Standing),
+    /// Of one whose samples go where the error is: passes.
+    Passes(adaptive::Passes),
+}
+
+impl State {
+    /// All sums, as planes of whole numbers for a file.
+    pub fn to_planes(&self) -> Vec<Plane> {
+        match &self.reached {
+            Reached::Units(_) => self.film.to_planes(),
+            Reached::Passes(passes) => passes.to_planes(&self.film),
+        }
+    }
 }
 
 /// Number of samples that a render of so many samples a pixel takes, over all pixels and the border around them, if there is
@@ -271,7 +290,7 @@ impl<'a> Session<'a> {
     ///
     /// `None` where its film or the units of work that are done are not those of such a render.
     pub fn resume(self, state: State) -> Option<Self> {
-        let State { film, standing, done, time } = state;
+        let State { film, reached: Reached::Units(standing), done, time } = state else { return None };
         let ledger = Ledger::resumed(units(&self.film, &self.schedule), &standing, done)?;
         self.film.add_film(&film)?;
         self.progress.resume(&done);
@@ -320,7 +339,7 @@ impl<'a> Session<'a> {
         let _nothing_enters = self.entering.write().unwrap_or_else(PoisonError::into_inner);
         State {
             film: self.film.copied(),
-            standing: self.ledger.standing(),
+            reached: Reached::Units(self.ledger.standing()),
             done: self.ledger.done(),
             time: self.time(),
         }

@@ -302,20 +302,26 @@ fn exr_files() -> Vec<Vec<u8>> {
     kinds.into_iter().map(write).collect()
 }
 
-/// A shard with much beside the picture, the same of a render without, and the records of both.
+/// A shard with much beside the picture, the same of a render without, a checkpoint of one with samples where the error is, and the
+/// records of all.
 fn sums() -> Vec<Vec<u8>> {
     let desk = tempfile::tempdir().unwrap();
     let scene = r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><integer name="width" value="2"/>
         <integer name="height" value="2"/></film></sensor><shape type="sphere"><emitter type="area"/></shape></scene>"#;
     std::fs::write(desk.path().join("s.xml"), scene).unwrap();
     let mut seeds = Vec::new();
-    for (shard, aov) in [("1/2", "--aov=error,samples,primitive"), ("1/1", "-v")] {
+    for (kept, spp, aov) in [
+        (["--shard=1/2", "-op.exr"], "--spp=2", "--aov=error,samples,primitive"),
+        (["--shard=1/1", "-op.exr"], "--spp=2", "-v"),
+        (["--checkpoint=p.exr", "-oq.exr"], "--spp=16", "--adaptive"),
+    ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_snell"));
         // The command is in the file, and where it lies is nobody's business.
         command.arg0("snell").current_dir(desk.path());
-        let status = command.args(["render", "s.xml", "--spp=2", "-o", "p.exr", "--shard", shard, aov]).status();
+        let status = command.args(["render", "s.xml", spp, aov]).args(kept).status();
         assert!(status.unwrap().success());
         let file = std::fs::read(desk.path().join("p.exr")).unwrap();
+        std::fs::remove_file(desk.path().join("p.exr")).unwrap();
         seeds.push(sums_file::decode(&file).unwrap().record.into_bytes());
         seeds.push(file);
     }

@@ -124,6 +124,25 @@ impl Blocks {
         (0..self.all.len()).flat_map(|block| (0..SEQUENCES).map(move |sequence| Unit { block, sequence })).collect()
     }
 
+    /// How many pixels have sums in all tiles.
+    pub(super) fn tile_pixels(&self) -> usize {
+        let mut count = 0;
+        self.all_units().into_iter().for_each(|unit| self.visit(unit, &mut |tile| count += tile.pixel_count()));
+        count
+    }
+
+    /// Shows the tiles of a unit: the earlier half, then the later one.
+    pub(super) fn visit(&self, unit: Unit, look: &mut impl FnMut(&Tile)) {
+        self.all[unit.block].sequence(unit.sequence).halves.iter().for_each(look);
+    }
+
+    /// Sets the number of a unit's samples, and its tiles by what `fill` makes of each, as [`Self::visit`] shows them.
+    pub(super) fn set(&mut self, unit: Unit, samples: u32, fill: &mut impl FnMut(&mut Tile)) {
+        let mut own = self.all[unit.block].sequence(unit.sequence);
+        own.samples = samples;
+        own.halves.iter_mut().for_each(fill);
+    }
+
     /// A block and those around it.
     pub(super) fn around(&self, block: usize) -> impl Iterator<Item = usize> + use<> {
         let (across, down) = (self.across, self.all.len() / self.across);

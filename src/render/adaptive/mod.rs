@@ -23,11 +23,15 @@
 //! has not seen yet, but its neighbours have, counts; and it is not below a small part of the mean.
 
 mod block;
+mod kept;
 mod plan;
 
-use super::{Done, Ended, Progress, RenderSettings, Rendered, empty_film};
+pub use kept::{Earlier, Passes, Unfit, put_together};
+
+use super::{Done, Ended, Progress, Reached, RenderSettings, Rendered, State, empty_film};
 use crate::error_estimate::{Estimates, Parts};
 use crate::film::Film;
+use crate::integrator::Work;
 use crate::integrator::aov::Aovs;
 use crate::scene::Scene;
 use block::{Blocks, FEWEST, SEQUENCES};
@@ -37,7 +41,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Samples a pixel before it is decided anything: enough for halves of halves that tell something.
@@ -78,8 +82,17 @@ pub struct Limits {
     pub confidence: f64,
 }
 
+/// Whoever keeps a render's state from time to time.
+pub trait Keeping: Sync {
+    /// Whether it is time to.
+    fn is_due(&self) -> bool;
+
+    /// Keeps it, while nothing goes on.
+    fn keep(&mut self, state: &dyn Fn() -> State);
+}
+
 /// A render whose samples go where the error is.
-struct Adaptive<'a> {
+pub struct AdaptiveSession<'a> {
     scene: &'a Scene,
     settings: &'a RenderSettings,
     aovs: &'a Aovs,
@@ -87,10 +100,18 @@ struct Adaptive<'a> {
     progress: &'a Progress,
     /// Without samples: it knows which pixels there are.
     film: Film,
-    blocks: Blocks,
+    blocks: Arc<Blocks>,
+    /// What the pass that has begun is still to double.
+    waiting: Vec<Unit>,
+    /// How many samples there were when the estimate came near the target.
+    near: Option<u64>,
+    estimates: Estimates,
     done: Mutex<Done>,
     out_of_time: AtomicBool,
+    ended: Ended,
     start: Instant,
+    /// Wall time of what was done in earlier runs.
+    before: Duration,
 }
 
 /// Renders on the threads of `pool` until one of the limits is reached.
@@ -101,39 +122,114 @@ pub fn render_adaptively(
     limits: &Limits,
     (pool, progress): (&ThreadPool, &Progress),
 ) -> Rendered {
-    let film = empty_film(scene, settings.clamp, aovs);
-    let blocks = Blocks::new(&film, settings.integrator.shares(scene));
-    let (done, out_of_time, start) = (Mutex::default(), AtomicBool::new(false), Instant::now());
-    progress.started.store(true, Ordering::Relaxed);
-    Adaptive { scene, settings, aovs, limits, progress, film, blocks, done, out_of_time, start }.run(pool)
+    let mut session = AdaptiveSession::new(scene, settings, aovs, limits, progress);
+    session.run(pool, None);
+    session.finish()
 }
 
-impl Adaptive<'_> {
-    fn run(self, pool: &ThreadPool) -> Rendered {
-        let area = self.film.area();
-        let mut estimates = Estimates::new(area.width, area.height, Parts::Replicates);
-        let first = self.first_samples();
-        let (mut units, mut near) = (self.blocks.all_units(), None);
-        let ended = loop {
-            let changed = self.take(pool, (&units, first));
-            self.estimate(pool, &changed, &mut estimates);
-            self.progress.set_error(estimates.error());
+impl<'a> AdaptiveSession<'a> {
+    /// A render, not begun.
+    pub fn new(
+        scene: &'a Scene,
+        settings: &'a RenderSettings,
+        aovs: &'a Aovs,
+        limits: &'a Limits,
+        progress: &'a Progress,
+    ) -> Self {
+        let film = empty_film(scene, settings.clamp, aovs);
+        let blocks = Blocks::new(&film, settings.integrator.shares(scene));
+        let area = film.area();
+        Self {
+            scene,
+            settings,
+            aovs,
+            limits,
+            progress,
+            film,
+            waiting: blocks.all_units(),
+            blocks: Arc::new(blocks),
+            near: None,
+            estimates: Estimates::new(area.width, area.height, Parts::Replicates),
+            done: Mutex::default(),
+            out_of_time: AtomicBool::new(false),
+            ended: Ended::Stopped,
+            start: Instant::now(),
+            before: Duration::ZERO,
+        }
+    }
+
+    /// The same render, not begun, where another run of it left these planes; fails where that cannot have been.
+    pub fn resume<'p>(mut self, earlier: &Earlier, plane: impl Fn(&str) -> Option<&'p [u32]>) -> Result<Self, Unfit> {
+        if earlier.film.area() != self.film.area() || earlier.film.kept() != self.film.kept() {
+            return Err(Unfit::Contradiction);
+        }
+        // Nobody else has them yet.
+        let waiting = Arc::get_mut(&mut self.blocks).ok_or(Unfit::Contradiction)?.resume(earlier, plane)?;
+        self.film.add_dropped(&earlier.film.dropped());
+        let &Earlier { near, done, time, .. } = earlier;
+        self.progress.resume(&done);
+        Ok(Self { waiting, near, done: Mutex::new(done), before: time, ..self })
+    }
+
+    /// Takes samples on the threads of `pool` until one of the limits is reached, or the progress is cancelled.
+    pub fn run(&mut self, pool: &ThreadPool, mut keeping: Option<&mut (dyn Keeping + '_)>) {
+        self.progress.started.store(true, Ordering::Relaxed);
+        // Whatever an earlier run knew of them, it is as good as new.
+        let mut changed: BTreeSet<usize> = (0..self.blocks.all.len()).collect();
+        self.ended = loop {
+            self.pass(pool, &mut changed, keeping.as_deref_mut());
+            self.estimate(pool, &changed);
+            changed.clear();
+            self.progress.set_error(self.estimates.error());
             if self.progress.is_cancelled() {
                 break Ended::Stopped;
             }
             if self.out_of_time.load(Ordering::Relaxed) {
                 break Ended::Time;
             }
-            let left = self.left_to_target(&estimates, &mut near);
+            let left = self.left_to_target();
             if left.is_some_and(|left| left >= 1.0) {
                 break Ended::Error;
             }
-            units = self.blocks.plan(&self.film, &estimates, (self.room(), left.unwrap_or(0.0).min(MOST_LEFT)));
-            if units.is_empty() {
+            let most = (self.room(), left.unwrap_or(0.0).min(MOST_LEFT));
+            self.waiting = self.blocks.plan(&self.film, &self.estimates, most);
+            if self.waiting.is_empty() {
                 break Ended::Samples;
             }
         };
-        self.finish(ended, estimates)
+    }
+
+    /// Takes the samples of a pass, until it is cancelled or time is up; adds the blocks that have more than before to `changed`.
+    fn pass(&mut self, pool: &ThreadPool, changed: &mut BTreeSet<usize>, mut keeping: Option<&mut (dyn Keeping + '_)>) {
+        loop {
+            changed.extend(self.take(pool, keeping.as_deref()));
+            if self.progress.is_cancelled() || self.out_of_time.load(Ordering::Relaxed) {
+                return;
+            }
+            if let Some(keeping) = keeping.as_deref_mut().filter(|keeping| keeping.is_due()) {
+                keeping.keep(&|| self.state());
+            }
+            if self.waiting.is_empty() {
+                return;
+            }
+        }
+    }
+
+    /// How far it is. The state shares the blocks, and is right as long as nothing goes on.
+    pub fn state(&self) -> State {
+        let blocks = Arc::clone(&self.blocks);
+        let passes = Passes { near: self.near, blocks, waiting: self.waiting.clone() };
+        State {
+            film: self.blocks.put_together(self.film.copied()),
+            reached: Reached::Passes(passes),
+            done: self.done(),
+            time: self.time(),
+        }
+    }
+
+    /// Wall time so far, with that of earlier runs.
+    fn time(&self) -> Duration {
+        self.before + self.start.elapsed()
     }
 
     /// How many samples each sequence takes before anything is decided: a power of two.
@@ -154,14 +250,15 @@ impl Adaptive<'_> {
     /// What part of the squared error may be left: 1 or more where it is below the target with the confidence asked for, however
     /// often it was looked at since it was `near` the target, with how many samples. The looks of the k-th doubling since
     /// then may be wrong with the probability 6/π²k² of all that may be.
-    fn left_to_target(&self, estimates: &Estimates, near: &mut Option<u64>) -> Option<f64> {
+    fn left_to_target(&mut self) -> Option<f64> {
         let target = self.limits.error?;
-        if estimates.error() > NEAR_TARGET * target && near.is_none() {
+        let estimates = &self.estimates;
+        if estimates.error() > NEAR_TARGET * target && self.near.is_none() {
             let left = target / estimates.error();
             return Some(left * left);
         }
         let taken = self.done().samples;
-        let since = *near.get_or_insert(taken);
+        let since = *self.near.get_or_insert(taken);
         let k = PI * (1.0 + libm::log2(taken as f64 / since as f64)).ceil();
         let doubt = (1.0 - self.limits.confidence) * 6.0 / (k * k) / LOOKS_A_DOUBLING;
         // Only the upper end counts.
@@ -169,28 +266,32 @@ impl Adaptive<'_> {
         Some(if high > 0.0 { (target / high) * (target / high) } else { 1.0 })
     }
 
-    /// Takes the samples of some units, `first` ones where there are none; returns the blocks that have more than before.
-    fn take(&self, pool: &ThreadPool, (units, first): (&[Unit], u32)) -> BTreeSet<usize> {
-        let (next, changed) = (Mutex::new(units), Mutex::new(BTreeSet::new()));
+    /// Takes samples of the units that wait, until they are all done, it is cancelled, time is up, or the state is to be kept, but of
+    /// some in any case; returns the blocks that have more than before.
+    fn take(&mut self, pool: &ThreadPool, keeping: Option<&dyn Keeping>) -> BTreeSet<usize> {
+        let (own, first) = (&*self, self.first_samples());
+        let (left, changed) = (Mutex::new(own.waiting.as_slice()), Mutex::new(BTreeSet::new()));
         pool.broadcast(|_| {
-            while !self.progress.is_cancelled()
-                && let batch = self.next_batch(&mut lock(&next), first)
+            while !own.progress.is_cancelled()
+                && let batch = own.next_batch(&mut lock(&left), first)
                 && !batch.is_empty()
-                && self.has_time_for(batch, first)
             {
-                let done = self
-                    .blocks
-                    .batch(batch)
-                    .double(first, |work| super::take_samples(self.scene, self.settings, self.aovs, work));
-                *lock(&self.done) += done;
-                self.progress.count(&done);
+                let take = |work: &mut [Work<'_>]| super::take_samples(own.scene, own.settings, own.aovs, work);
+                let done = own.blocks.batch(batch).double(first, take);
+                *lock(&own.done) += done;
+                own.progress.count(&done);
                 lock(&changed).extend(batch.iter().map(|unit| unit.block));
+                if keeping.is_some_and(Keeping::is_due) {
+                    break;
+                }
             }
         });
+        let left = lock(&left).to_vec();
+        self.waiting = left;
         changed.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes as many of the units that are left as make a batch.
+    /// Takes as many of the units that are left as make a batch; none where there is no time for them.
     fn next_batch<'u>(&self, left: &mut &'u [Unit], first: u32) -> &'u [Unit] {
         let (mut samples, mut count) = (0, 0);
         while samples < BATCH
@@ -199,6 +300,9 @@ impl Adaptive<'_> {
             (samples, count) = (samples + self.blocks.cost(unit, first), count + 1);
         }
         let (batch, rest) = left.split_at(count);
+        if !self.has_time_for(batch, first) {
+            return &[];
+        }
         *left = rest;
         batch
     }
@@ -207,10 +311,11 @@ impl Adaptive<'_> {
     fn has_time_for(&self, batch: &[Unit], first: u32) -> bool {
         let taken = self.done().samples;
         let is_first = |unit: &Unit| self.blocks.all[unit.block].samples(unit.sequence) == 0;
-        let Some(limit) = self.limits.time.filter(|_| !batch.iter().any(is_first)) else { return true };
+        let has_limit = !batch.is_empty() && !batch.iter().any(is_first);
+        let Some(limit) = self.limits.time.filter(|_| has_limit) else { return true };
         let more: u64 = batch.iter().map(|&unit| self.blocks.cost(unit, first)).sum();
         let threads = rayon::current_num_threads() as f64;
-        let needed = self.start.elapsed().as_secs_f64() * (1.0 + threads * more as f64 / taken.max(1) as f64);
+        let needed = self.time().as_secs_f64() * (1.0 + threads * more as f64 / taken.max(1) as f64);
         let has = needed <= limit.as_secs_f64();
         if !has {
             self.out_of_time.store(true, Ordering::Relaxed);
@@ -219,7 +324,7 @@ impl Adaptive<'_> {
     }
 
     /// Brings the estimates of all pixels up to date that samples of the blocks `changed` reach.
-    fn estimate(&self, pool: &ThreadPool, changed: &BTreeSet<usize>, estimates: &mut Estimates) {
+    fn estimate(&mut self, pool: &ThreadPool, changed: &BTreeSet<usize>) {
         let reached: Vec<usize> = if self.film.border() == 0 {
             changed.iter().copied().collect()
         } else {
@@ -233,7 +338,7 @@ impl Adaptive<'_> {
             let area = self.blocks.all[block].bounds.intersection(whole);
             for (i, pixel) in pixels.into_iter().enumerate() {
                 let (x, y) = (i % area.width as usize, i / area.width as usize);
-                estimates.set((area.x - whole.x) as usize + x, (area.y - whole.y) as usize + y, pixel);
+                self.estimates.set((area.x - whole.x) as usize + x, (area.y - whole.y) as usize + y, pixel);
             }
         }
     }
@@ -242,12 +347,13 @@ impl Adaptive<'_> {
         *lock(&self.done)
     }
 
-    fn finish(self, ended: Ended, estimates: Estimates) -> Rendered {
-        let Done { samples, rays } = self.done();
+    /// What came of it.
+    pub fn finish(self) -> Rendered {
+        let (Done { samples, rays }, time, ended) = (self.done(), self.time(), self.ended);
         let film = self.blocks.put_together(self.film);
-        let (dropped, time) = (film.dropped(), self.start.elapsed());
+        let dropped = film.dropped();
         let has_all = self.blocks.all.iter().all(|block| (0..SEQUENCES).all(|s| block.samples(s) > 0));
-        Rendered { film, samples, rays, dropped, time, ended, estimates: has_all.then_some(estimates) }
+        Rendered { film, samples, rays, dropped, time, ended, estimates: has_all.then_some(self.estimates) }
     }
 }
 

@@ -11,6 +11,13 @@ pub(super) struct Unit {
     pub(super) sequence: usize,
 }
 
+impl Unit {
+    /// Its position among all units.
+    pub(super) fn number(self) -> usize {
+        self.block * SEQUENCES + self.sequence
+    }
+}
+
 /// No block counts as having less than this part of the mean variance, and so none has less than its root, a sixteenth, of the mean
 /// number of samples: where nothing has been seen yet, something may still come.
 const LEAST_VARIANCE: f64 = 1.0 / 256.0;
