@@ -34,6 +34,11 @@ fn more_than_the_limit_is_refused_with_the_figures() {
         &[&with_channels[..], &["albedo,normal,depth,position", "-oa.exr"]].concat(),
         &["more than 110.0 MiB"],
     );
+    // Copies of what is kept: of blocks two, and the picture put together.
+    for (kept, film) in [(&[][..], "film 87.7 MiB"), (&["--checkpoint=c"], "film 240.3 MiB")] {
+        let adaptive = ["render", SCENE, "--size", "500x500", "--adaptive", "--memory-limit", "100M"];
+        desk.refuses(&[&adaptive[..], kept].concat(), &[film]);
+    }
     desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=1", "--memory-limit", "200M", "-oa.png", "-q"]);
     let info = String::from_utf8(desk.succeeds(&["info", SCENE, "--memory-limit=1T"]).stdout).unwrap();
     assert!(info.contains("\nexpected     at most ") && info.contains("shapes and lights 0."), "{info}");
