@@ -132,7 +132,7 @@ fn a_killed_adaptive_render_goes_on_to_the_same_bits() {
                 stages.push(taken());
             }
             // And stopped by a signal, which keeps what is done up to then, with the interval by default.
-            let seldom = [&common[..], &["--checkpoint=c.snell", "--resume", "-o", "resumed.exr"]].concat();
+            let seldom = [common, &["--checkpoint=c.snell", "--resume", "-o", "resumed.exr"]].concat();
             let mut running = desk.command().args(seldom).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(60));
             // The shell's own `kill`: the program of that name is not everywhere.
