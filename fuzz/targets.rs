@@ -276,7 +276,9 @@ fn sums(data: &[u8]) -> Outcome {
     } else {
         let record = String::from_utf8_lossy(data).into_owned();
         let means = (0..MEANS).map(|m| format!("mean.{m}"));
-        let wide = ["sum.R", "sum.G", "sum.B", "weight"].map(String::from).into_iter().chain(means);
+        // Of both parts that a film keeps apart.
+        let wide = ["sum.R", "sum.G", "sum.B", "weight", "1.sum.R", "1.sum.G", "1.sum.B", "1.weight"];
+        let wide = wide.map(String::from).into_iter().chain(means);
         let names = wide.flat_map(|name| (0..4).map(move |part| format!("snell.{name}.{part}")));
         let names: Vec<_> = names.chain((0..NUMBERS).map(|n| format!("snell.number.{n}"))).collect();
         // The same of the tiles of one block, each of which fills a plane.

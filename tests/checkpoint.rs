@@ -132,7 +132,7 @@ fn a_killed_adaptive_render_goes_on_to_the_same_bits() {
                 stages.push(taken());
             }
             // And stopped by a signal, which keeps what is done up to then, with the interval by default.
-            let seldom = [&common[..], &["--checkpoint=c.snell", "--resume", "-o", "resumed.exr"]].concat();
+            let seldom = [common, &["--checkpoint=c.snell", "--resume", "-o", "resumed.exr"]].concat();
             let mut running = desk.command().args(seldom).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(60));
             // The shell's own `kill`: the program of that name is not everywhere.
@@ -208,6 +208,7 @@ fn a_checkpoint_serves_its_own_render_only() {
         let expected = [&["c.snell: this checkpoint is of another render: "], expected].concat();
         desk.refuses(&[&["render"], arguments, &kept].concat(), &expected);
     };
+    refuses(&["s.xml", "--spp=4", "--time=1h"], &["ends by time: false, not true"]);
     refuses(&["s.xml", "--spp=8"], &["samples of each pixel: 0 to 3, not 0 to 7; spp: 4, not 8"]);
     refuses(&["s.xml", "--spp=4", "--seed=9", "--max-depth=3"], &["max-depth: no limit, not 3; seed: 0, not 9"]);
     refuses(&["other.xml", "--spp=4"], &["scene: s.xml, not other.xml; s.xml is not read; other.xml is read, too"]);

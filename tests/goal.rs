@@ -115,7 +115,10 @@ fn what_cannot_be_is_refused() {
             "--sampler zsobol is for a number of samples that is known before: with --target-error expected sobol or \
              independent",
         ),
-        (&["--time=1s", "--sampler=stratified"], "--sampler stratified needs --spp beside --time"),
+        (
+            &["--time=1s", "--sampler=stratified"],
+            "--sampler stratified needs --spp beside --time: a number to be well spread for",
+        ),
         (&["--adaptive", "--spp=3"], "--spp 3: with --adaptive expected at least 4, or nothing is known of the error"),
     ] {
         desk.refuses(&[&render, arguments].concat(), &[expected]);
@@ -140,6 +143,7 @@ fn heavy_tails_are_told() {
     let output = desk.succeeds(&[&render[..], &["--adaptive", "--spp=64"]].concat());
     let text = String::from_utf8(output.stderr).unwrap();
     assert!(text.contains("rare bright samples make most of the error (tail index"), "{text}");
+    assert!(text.contains("there may be more where none has been seen yet"), "{text}");
     assert_eq!(stats(&desk)["error_is_heavy_tailed"], true);
     // Nothing is found of a light that is smaller still.
     let text = fs::read_to_string(desk.path("tail.xml")).unwrap().replace(r#"value="0.05""#, r#"value="0.00001""#);

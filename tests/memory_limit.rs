@@ -26,14 +26,19 @@ fn more_than_the_limit_is_refused_with_the_figures() {
             ", more than 20.0 MiB",
         ],
     );
-    // 64 bytes a pixel.
-    desk.refuses(&["render", SCENE, "--size", "4000x4000", "--memory-limit", "900M"], &["film 976.6 MiB"]);
+    // 64 bytes a pixel, in each of two halves.
+    desk.refuses(&["render", SCENE, "--size", "4000x4000", "--memory-limit", "900M"], &["film 1953.1 MiB"]);
     // And what is kept beside them.
     let with_channels = ["render", SCENE, "--size", "1000x1000", "--memory-limit", "110M", "--aov"];
     desk.refuses(
         &[&with_channels[..], &["albedo,normal,depth,position", "-oa.exr"]].concat(),
         &["more than 110.0 MiB"],
     );
+    // Copies of what is kept: of blocks two, and the picture put together.
+    for (kept, film) in [(&[][..], "film 87.7 MiB"), (&["--checkpoint=c"], "film 240.3 MiB")] {
+        let adaptive = ["render", SCENE, "--size", "500x500", "--adaptive", "--memory-limit", "100M"];
+        desk.refuses(&[&adaptive[..], kept].concat(), &[film]);
+    }
     desk.succeeds(&["render", SCENE, "-Dres=16", "--spp=1", "--memory-limit", "200M", "-oa.png", "-q"]);
     let info = String::from_utf8(desk.succeeds(&["info", SCENE, "--memory-limit=1T"]).stdout).unwrap();
     assert!(info.contains("\nexpected     at most ") && info.contains("shapes and lights 0."), "{info}");

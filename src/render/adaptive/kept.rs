@@ -241,7 +241,7 @@ mod tests {
             assert_eq!(error(&planes, near, taken), Unfit::Contradiction);
         }
         assert_eq!(error(&planes[1..], None, taken), Unfit::Missing("snell.samples.0".into()));
-        assert_eq!(error(&planes[..9], None, taken), Unfit::Missing("snell.tile.sum.R.1.0".into()));
+        assert_eq!(error(&planes[..9], None, taken), Unfit::Missing("snell.tile.sum.R.0.8".into()));
         // Numbers of samples that no pass leaves: none and not waiting, no power of two, too few, too many.
         for samples in [0, 12, 1, 1 << 30, WAITING | 1 << MOST_LOG_SAMPLES] {
             let mut planes = planes.clone();
