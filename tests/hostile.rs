@@ -90,6 +90,10 @@ fn sizes_that_are_lies_ask_for_no_memory() {
     }
     let [told, limited] = picture("tga", &with(&tga, 12, &[0xff; 4]));
     assert!(told.contains("65535x65535 pixels are too many") && limited == told, "{told}, {limited}");
+    let claims = include_bytes!("../fuzz/found/jpeg/claims-millions-of-pixels");
+    let [told, limited] = picture("jpg", claims);
+    let expected = "it is cut off: 65033x255 pixels are more than 424 bytes can hold";
+    assert!(told.contains(expected) && limited == told, "{told}, {limited}");
     let window = b"dataWindow\0box2i\0\x10\0\0\0";
     for exr in fuzz_seeds::of("exr") {
         let at = exr.windows(window.len()).position(|w| w == window).unwrap() + window.len();
