@@ -31,7 +31,8 @@
 //! part w of the weight, and g that of the earlier one, w·(1 − w)·(h − g)² is the squared error of the mean of independent halves of
 //! equal variance per sample. If the variance of N samples falls as N^−s, its expected value is 2^s − 1 times the squared error:
 //! 1 for independent samples, more for evenly spread ones. So it is rather too large; the interval's lower end is that for
-//! [`MOST_SLOPE`], and its width that of pixels which all err alike within a block.
+//! [`MOST_SLOPE`], and its width that of pixels which all err alike within a block. The weight is between that at m and that at the
+//! darker half, which is what is right where the brighter one has a rare bright sample.
 
 mod interval;
 mod tail;
@@ -140,13 +141,16 @@ impl PixelEstimate {
         of(0) + of(1) + of(2)
     }
 
-    /// The same with the radiance of the darker half.
-    fn relative_to_darker(&self, darkness: f64) -> f64 {
-        let of = |c: usize| {
+    /// The same with the radiance of the darker half, within limits and without.
+    fn relative_to_darker(&self, darkness: f64) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for c in 0..3 {
             let (mean, d) = (f64::from(self.mean[c]), f64::from(self.difference[c]));
-            d * d * over((mean.abs() - d.abs()).max(0.0), darkness)
-        };
-        of(0) + of(1) + of(2)
+            let (own, darker) = (over(mean, darkness), over((mean.abs() - d.abs()).max(0.0), darkness));
+            sums[0] += d * d * darker.min(MOST_WEIGHT * MOST_WEIGHT * own);
+            sums[1] += d * d * darker;
+        }
+        sums
     }
 
     /// The same sum for what else is known of it.
@@ -358,8 +362,13 @@ impl Estimates {
         if !(sum > 0.0) {
             return Sum { sum, deviation: 0.0, surprise: 1.0 };
         }
-        let of_darker = self.pixels.iter().map(|pixel| pixel.relative_to_darker(darkness)).sum::<f64>();
-        Sum { sum, deviation: squares.sqrt() / sum, surprise: of_darker / sum }
+        let (mut limited, mut free) = (0.0, 0.0);
+        for [within, without] in self.pixels.iter().map(|pixel| pixel.relative_to_darker(darkness)) {
+            (limited, free) = (limited + within, free + without);
+        }
+        let of_weight = libm::log(limited / sum) / 2.0;
+        let squared = squares / (sum * sum) + of_weight * of_weight;
+        Sum { sum: sum * libm::exp(of_weight), deviation: squared.sqrt(), surprise: free / sum }
     }
 
     /// Each pixel's squared error, relative to its radiance, over its channels.
