@@ -14,7 +14,8 @@
 //! - from the halves of each of the two: (x₀ − x₁)/2 is distributed about as x is, so that over blocks of pixels the sum of squares
 //!   of Σ (x₀ − x₁)(y₀ − y₁)/4 estimates its variance, whatever correlations there are within a block (halves of one sequence differ
 //!   by more than independent ones, since they are spread evenly together; the ratio of Σd² to what the halves say takes that out);
-//! - from the squares of single pixels, which see rare large errors: E[(x·y)²] ≤ 4/3·E[d⁴], with equality for normal errors.
+//! - from the squares of single pixels, which see rare large errors: the mean of (x·y)² is at most 4/3 of that of d⁴, with equality
+//!   for normal errors.
 //!
 //! Both are added, though normal errors are then counted twice.
 //!
