@@ -60,6 +60,18 @@ fn samples_or_time_may_end_it_short_of_the_target() {
     assert!(text.contains("with 80 % confidence"), "{text}");
 }
 
+/// A picture of one block, of which a quarter more samples are fewer than it can get at a time.
+#[test]
+fn small_pictures_reach_their_targets() {
+    let desk = Desk::new();
+    for size in ["1x1", "8x8", "3x20"] {
+        let arguments = ["render", SCENE, "-oa.exr", "--stats=s.json", "--target-error=4%", "-q", "--size", size];
+        let output = desk.succeeds(&arguments);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(stats(&desk)["ended_by"], "error", "{size}: {text}");
+    }
+}
+
 /// What there is time for is a render of just so many samples.
 #[test]
 fn a_render_that_ends_by_time_is_a_prefix_of_a_longer_one() {

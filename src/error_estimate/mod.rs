@@ -148,7 +148,7 @@ impl PixelEstimate {
         for c in 0..3 {
             let (mean, d) = (f64::from(self.mean[c]), f64::from(self.difference[c]));
             let (own, darker) = (over(mean, darkness), over((mean.abs() - d.abs()).max(0.0), darkness));
-            sums[0] += d * d * darker.min(MOST_WEIGHT * MOST_WEIGHT * own);
+            sums[0] += d * d * darker.min(MOST_WEIGHT * own);
             sums[1] += d * d * darker;
         }
         sums

@@ -4,9 +4,10 @@
 //! # Blocks
 //!
 //! Samples are dealt out to blocks of pixels: of 8×8 where pixels share paths, which is what they share them in, so that sharing goes
-//! on as ever, or where a filter mixes them, and else of 4×4. Every block keeps the sums of its own samples, with its border, and each of its pixels has as many as the others. At the end blocks are put
-//! together with weights that make up for their numbers, which are powers of two, so that the sums stay exact: under any filter,
-//! a pixel near the edge of a block is what it would be if both blocks had the same number.
+//! on as ever, or where a filter mixes them, and else of 4×4. Every block keeps the sums of its own samples, with its border, and each
+//! of its pixels has as many as the others. At the end blocks are put together with weights that make up for their numbers, which
+//! are powers of two, so that the sums stay exact: under any filter, a pixel near the edge of a block is what it would be if both
+//! blocks had the same number.
 //!
 //! # Replicates, and no bias
 //!
@@ -191,8 +192,8 @@ impl<'a> AdaptiveSession<'a> {
             if left.is_some_and(|left| left >= 1.0) {
                 break Ended::Error;
             }
-            let most = (self.room(), left.unwrap_or(0.0).min(MOST_LEFT));
-            self.waiting = self.blocks.plan(&self.film, &self.estimates, most);
+            let left = left.unwrap_or(0.0).min(MOST_LEFT);
+            self.waiting = self.blocks.plan(&self.film, &self.estimates, (self.room(), left));
             if self.waiting.is_empty() {
                 break Ended::Samples;
             }
@@ -239,12 +240,12 @@ impl<'a> AdaptiveSession<'a> {
         1 << (all / SEQUENCES as u32).ilog2()
     }
 
-    /// How many samples, over all pixels, the next pass may take.
-    fn room(&self) -> u64 {
+    /// How many samples, over all pixels, the next pass should take at most, and how many there may be at all.
+    fn room(&self) -> [u64; 2] {
         let taken = self.done().samples;
-        let room = (taken as f64 * GROWTH) as u64;
         let most = self.limits.samples.map_or(u64::MAX, |samples| u64::from(samples) * self.blocks.pixels());
-        room.min(most.saturating_sub(taken))
+        let left = most.saturating_sub(taken);
+        [left.min((taken as f64 * GROWTH) as u64), left]
     }
 
     /// What part of the squared error may be left: 1 or more where it is below the target with the confidence asked for, however

@@ -26,9 +26,10 @@ const LEAST_VARIANCE: f64 = 1.0 / 256.0;
 const OWN: f64 = 0.5;
 
 impl Blocks {
-    /// The units that take most from the error for each sample: as many as fit among `room` samples, and no more than it takes to leave
-    /// the part `left` of the squared error; the largest first, so that threads end together.
-    pub(super) fn plan(&self, film: &Film, estimates: &Estimates, (room, left): (u64, f64)) -> Vec<Unit> {
+    /// The units that take most from the error for each sample: as many as fit among `room` samples, or one, if that is no more than
+    /// `all`; and no more than it takes to leave the part `left` of the squared error. The largest first, so that threads end
+    /// together.
+    pub(super) fn plan(&self, film: &Film, estimates: &Estimates, ([room, all], left): ([u64; 2], f64)) -> Vec<Unit> {
         let variances = [0, 1].map(|sequence| self.smoothed(&self.variances(film, estimates, sequence)));
         let mut units: Vec<(f64, u64, Unit)> = Vec::with_capacity(self.all.len() * SEQUENCES);
         let mut error = 0.0;
@@ -47,13 +48,13 @@ impl Blocks {
         let (mut taken, mut plan): (f64, Vec<(u64, Unit)>) = (0.0, Vec::new());
         for (gain, samples, unit) in units {
             let cost = samples * self.all[unit.block].bounds.pixels();
-            if cost <= room {
-                room -= cost;
+            if cost <= room || plan.is_empty() && cost <= all {
+                room = room.saturating_sub(cost);
                 plan.push((cost, unit));
                 // Half of this sequence's part.
                 taken += gain * cost as f64 / 2.0;
             }
-            if room < self.pixels_of_smallest() || taken >= enough {
+            if !plan.is_empty() && (room < self.pixels_of_smallest() || taken >= enough) {
                 break;
             }
         }
