@@ -5,7 +5,7 @@
 //! * `interval`: renders of NUMBER samples per pixel: how often the 95 % interval has the true error, and how far the estimate is off;
 //! * `target`: renders to a relative error of NUMBER: how often that is true, and how many samples more than needed it took;
 //! * `gain`: NUMBER samples per pixel, where the error is against the same for all: error and CPU time of both;
-//! * `bias`: the mean of many renders of NUMBER samples per pixel against the reference.
+//! * `bias`: the mean of many renders of NUMBER samples per pixel against that of as many with even numbers, and the reference.
 //!
 //! SIZE is the edge of the picture in pixels. References are kept in FOLDER, as `NAME-SIZE.reference`. The last line printed begins
 //! with `RESULT`.
@@ -15,12 +15,11 @@
 mod reference;
 
 use rayon::ThreadPool;
-use reference::Reference;
+use reference::{Means, Reference};
 use snell::accel::Accelerator;
 use snell::bench::timed;
 use snell::check::scenes;
 use snell::description::{Crop, SceneDescription};
-use snell::image::Picture;
 use snell::integrator::aov::Aovs;
 use snell::integrator::{Estimator, Undecided};
 use snell::render::adaptive::{Limits, render_adaptively};
@@ -238,17 +237,15 @@ fn gain(stage: &Stage, samples: u32, seeds: u64) -> String {
 }
 
 fn bias(stage: &Stage, samples: u32, seeds: u64) -> String {
-    let size = stage.reference.size();
-    let mut sums = vec![[0.0f64; 2]; (size * size) as usize];
-    for seed in 0..seeds {
-        let picture: Picture = stage.adaptive(&counted(samples), seed).film.develop();
-        for (sum, pixel) in sums.iter_mut().zip(picture.pixels()) {
-            let value = f64::from(pixel.luminance());
-            sum[0] += value;
-            sum[1] += value * value;
-        }
-    }
-    stage.reference.bias(&sums, seeds)
+    let means = |render: &dyn Fn(u64) -> Rendered| {
+        let pictures = (0..seeds).map(|seed| stage.reference.tile_means(render(seed).film.develop().pixels()));
+        Means::of(pictures)
+    };
+    let uneven = means(&|seed| stage.adaptive(&counted(samples), seed));
+    let even = means(&|seed| stage.uniform(samples, seed + seeds));
+    format!("uneven numbers against even ones: {}; against the reference: {}", uneven.against(&even), {
+        uneven.against(&stage.reference.means())
+    })
 }
 
 fn quantile(values: &mut [f64], part: f64) -> f64 {

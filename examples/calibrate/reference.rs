@@ -100,31 +100,59 @@ impl Reference {
         (own / (3 * self.halves[0].len()) as f64).sqrt()
     }
 
-    /// How many standard errors the mean of some renders is off, in the whole and in tiles; `sums` has the sum of each pixel's
-    /// luminances and of their squares.
-    pub(super) fn bias(&self, sums: &[[f64; 2]], renders: u64) -> String {
-        let n = renders as f64;
-        let luminance = |c: &Rgb| f64::from(c.luminance());
+    /// The mean luminance of the whole picture, and of each of its tiles.
+    pub(super) fn tile_means(&self, pixels: &[Rgb]) -> Vec<f64> {
         let size = self.size as usize;
-        let (mut whole, mut tiles): ([f64; 3], Vec<[f64; 3]>) = ([0.0; 3], vec![[0.0; 3]; size.div_ceil(TILE).pow(2)]);
-        for (i, [sum, squares]) in sums.iter().enumerate() {
-            let (a, b) = (luminance(&self.halves[0][i]), luminance(&self.halves[1][i]));
-            let mean = sum / n;
-            let variance = (squares / n - mean * mean).max(0.0) / (n - 1.0) + (a - b).powi(2) / 4.0;
-            let tile = i / size / TILE * size.div_ceil(TILE) + i % size / TILE;
-            for to in [&mut whole, &mut tiles[tile]] {
-                to[0] += mean - f64::midpoint(a, b);
-                to[1] += variance;
-                to[2] += mean;
+        let across = size.div_ceil(TILE);
+        let mut sums = vec![[0.0; 2]; 1 + across * across];
+        for (i, pixel) in pixels.iter().enumerate() {
+            for which in [0, 1 + i / size / TILE * across + i % size / TILE] {
+                sums[which][0] += f64::from(pixel.luminance());
+                sums[which][1] += 1.0;
             }
         }
-        let z = |[difference, variance, _]: [f64; 3]| difference / variance.sqrt().max(f64::MIN_POSITIVE);
-        let worst = tiles.iter().map(|&tile| z(tile).abs()).fold(0.0, f64::max);
-        let mean_square = tiles.iter().map(|&tile| z(tile).powi(2)).sum::<f64>() / tiles.len() as f64;
+        sums.into_iter().map(|[sum, count]| sum / count).collect()
+    }
+
+    /// Its own means, from two pictures.
+    pub(super) fn means(&self) -> Means {
+        Means::of(self.halves.iter().map(|half| self.tile_means(half)))
+    }
+}
+
+/// Means over pictures of their whole and their tiles, with squared standard errors.
+pub(super) struct Means(Vec<[f64; 2]>);
+
+impl Means {
+    /// Of at least two pictures.
+    pub(super) fn of(pictures: impl Iterator<Item = Vec<f64>>) -> Self {
+        let mut sums: Vec<[f64; 2]> = Vec::new();
+        let mut count = 0.0;
+        for picture in pictures {
+            sums.resize(picture.len(), [0.0; 2]);
+            count += 1.0;
+            for (sum, value) in sums.iter_mut().zip(picture) {
+                sum[0] += value;
+                sum[1] += value * value;
+            }
+        }
+        let of = |[sum, squares]: [f64; 2]| {
+            let mean = sum / count;
+            [mean, (squares / count - mean * mean).max(0.0) / (count - 1.0)]
+        };
+        Self(sums.into_iter().map(of).collect())
+    }
+
+    /// How many standard errors these are from others.
+    pub(super) fn against(&self, other: &Self) -> String {
+        let z = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]) / (a[1] + b[1]).sqrt().max(f64::MIN_POSITIVE);
+        let all: Vec<f64> = self.0.iter().zip(&other.0).map(z).collect();
+        let [whole, tiles @ ..] = &all[..] else { return String::new() };
+        let worst = tiles.iter().map(|z| z.abs()).fold(0.0, f64::max);
+        let mean_square = tiles.iter().map(|z| z * z).sum::<f64>() / tiles.len() as f64;
         format!(
-            "whole picture {:+.2} standard errors ({:+.4} %); {} tiles: worst {worst:.2}, root of the mean square {:.2}",
-            z(whole),
-            100.0 * whole[0] / whole[2],
+            "the whole {whole:+.2} standard errors ({:+.4} %), {} tiles: worst {worst:.2}, root of the mean square {:.2}",
+            100.0 * (self.0[0][0] / other.0[0][0] - 1.0),
             tiles.len(),
             mean_square.sqrt()
         )
