@@ -252,6 +252,8 @@ pub struct PictureError {
     pub surprise: f64,
     /// Above which that makes the estimate doubtful.
     most_surprise: f64,
+    /// Whether the picture is black all over.
+    is_black: bool,
 }
 
 impl PictureError {
@@ -262,7 +264,7 @@ impl PictureError {
 
     /// Whether all is black, so that nothing is known.
     pub fn is_of_black(&self) -> bool {
-        self.error == 0.0
+        self.is_black
     }
 }
 
@@ -332,7 +334,7 @@ impl Estimates {
             // Those may be right who expect something else.
             interval.high = interval.high.max(error * surprise.sqrt());
         }
-        PictureError { error, interval, tail: tail_index(own), surprise, most_surprise }
+        PictureError { error, interval, tail: tail_index(own), surprise, most_surprise, is_black: darkness == 0.0 }
     }
 
     /// See the module's head.

@@ -123,6 +123,10 @@ fn exposure_and_blackness_do_not_matter() {
     let (black, _) = picture(8, |_| 0.0, |_| [0.0; 4]);
     let black = black.whole(CONFIDENCE);
     assert_eq!((black.error, black.interval), (0.0, Interval { low: 0.0, high: 0.0 }));
+    // Without noise, but not without light.
+    let (even, _) = picture(8, |_| 1.0, |_| [0.0; 4]);
+    let even = even.whole(CONFIDENCE);
+    assert!(even.error == 0.0 && !even.is_of_black() && black.is_of_black());
 }
 
 #[test]

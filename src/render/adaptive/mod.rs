@@ -181,14 +181,15 @@ impl<'a> AdaptiveSession<'a> {
             self.pass(pool, &mut changed, keeping.as_deref_mut());
             self.estimate(pool, &changed);
             changed.clear();
-            self.progress.set_error(self.estimates.error());
+            let error = self.estimates.error();
+            self.progress.set_error(error);
             if self.progress.is_cancelled() {
                 break Ended::Stopped;
             }
             if self.out_of_time.load(Ordering::Relaxed) {
                 break Ended::Time;
             }
-            let left = self.left_to_target();
+            let left = self.left_to_target(error);
             if left.is_some_and(|left| left >= 1.0) {
                 break Ended::Error;
             }
@@ -248,14 +249,14 @@ impl<'a> AdaptiveSession<'a> {
         [left.min((taken as f64 * GROWTH) as u64), left]
     }
 
-    /// What part of the squared error may be left: 1 or more where it is below the target with the confidence asked for, however
+    /// What part of the squared error, which is the square of `error`, may be left: 1 or more where it is below the target with the confidence asked for, however
     /// often it was looked at since it was `near` the target, with how many samples. The looks of the k-th doubling since
     /// then may be wrong with the probability 6/π²k² of all that may be.
-    fn left_to_target(&mut self) -> Option<f64> {
+    fn left_to_target(&mut self, error: f64) -> Option<f64> {
         let target = self.limits.error?;
         let estimates = &self.estimates;
-        if estimates.error() > NEAR_TARGET * target && self.near.is_none() {
-            let left = target / estimates.error();
+        if error > NEAR_TARGET * target && self.near.is_none() {
+            let left = target / error;
             return Some(left * left);
         }
         let taken = self.done().samples;
