@@ -230,11 +230,11 @@ impl std::ops::AddAssign for Beside {
 }
 
 /// What is known of all pixels of a picture, row by row.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Estimates {
     width: usize,
     pixels: Vec<PixelEstimate>,
-    parts: Option<Parts>,
+    parts: Parts,
 }
 
 /// What is known of a whole picture.
@@ -272,7 +272,7 @@ impl Estimates {
     /// Nothing yet, for a picture of this size.
     pub fn new(width: u32, height: u32, parts: Parts) -> Self {
         let pixels = vec![PixelEstimate::default(); width as usize * height as usize];
-        Self { width: width as usize, pixels, parts: Some(parts) }
+        Self { width: width as usize, pixels, parts }
     }
 
     /// What a film's two halves say.
@@ -280,17 +280,12 @@ impl Estimates {
         let area = film.area();
         let [first, second] = [0, 1].map(|part| film.part_means(part));
         let pixels = first.into_iter().zip(second).map(|(g, h)| PixelEstimate::from_halves([g, h])).collect();
-        Self { width: area.width as usize, pixels, parts: Some(Parts::Halves) }
+        Self { width: area.width as usize, pixels, parts: Parts::Halves }
     }
 
     /// Row and column are those of the picture.
     pub fn set(&mut self, x: usize, y: usize, estimate: PixelEstimate) {
         self.pixels[y * self.width + x] = estimate;
-    }
-
-    /// All of them, row by row.
-    pub fn pixels(&self) -> &[PixelEstimate] {
-        &self.pixels
     }
 
     fn height(&self) -> usize {
@@ -317,20 +312,20 @@ impl Estimates {
         let own = self.relative(darkness);
         let sum: f64 = own.iter().sum();
         let estimate = match self.parts {
-            Some(Parts::Replicates) => self.of_replicates(&own, sum, darkness),
-            _ => self.of_halves(&own, sum, darkness),
+            Parts::Replicates => self.of_replicates(&own, sum, darkness),
+            Parts::Halves => self.of_halves(&own, sum, darkness),
         };
         let count = (3 * self.pixels.len()).max(1) as f64;
         let mut interval = Interval::around(estimate.sum / count, estimate.deviation, confidence);
-        if self.parts == Some(Parts::Halves) {
+        if self.parts == Parts::Halves {
             interval.low /= (libm::exp2(MOST_SLOPE) - 1.0).sqrt();
         }
         let most_surprise = match self.parts {
-            Some(Parts::Replicates) => MOST_SURPRISE_OF_REPLICATES,
-            _ => MOST_SURPRISE_OF_HALVES,
+            Parts::Replicates => MOST_SURPRISE_OF_REPLICATES,
+            Parts::Halves => MOST_SURPRISE_OF_HALVES,
         };
         let (error, surprise) = ((estimate.sum / count).sqrt(), estimate.surprise);
-        if self.parts == Some(Parts::Replicates) {
+        if self.parts == Parts::Replicates {
             // Those may be right who expect something else.
             interval.high = interval.high.max(error * surprise.sqrt());
         }

@@ -238,11 +238,6 @@ impl Film {
         Self { parts: parts.max(1), ..self }
     }
 
-    /// How many parts it keeps apart.
-    pub fn parts(&self) -> usize {
-        self.parts
-    }
-
     /// This film, still empty, keeping something beside radiance.
     #[must_use]
     pub fn with_extras(self, extras: Extras) -> Self {
