@@ -105,6 +105,10 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Sums, String> {
         _ => Err(NONE),
     };
     let (record, expected) = (text(RECORD)?, text(HASH)?);
+    // Also because the crate divides by them.
+    if header.channels.list.iter().any(|channel| channel.sampling != exr::math::Vec2(1, 1)) {
+        return Err(DAMAGED.into());
+    }
     if header.total_pixel_bytes() as u64 > MAX_EXPANSION * bytes.len() as u64 {
         return Err(DAMAGED.into());
     }

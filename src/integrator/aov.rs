@@ -176,7 +176,7 @@ impl Aovs {
     }
 }
 
-/// Takes what a walk finds. A function that takes radiances is one.
+/// Takes what a walk finds. A function of paths that have ended is one.
 pub(super) trait Sink {
     /// Whether it looks at what camera rays meet, also where paths have no other use for that.
     const LOOKS: bool;
@@ -188,7 +188,7 @@ pub(super) trait Sink {
     fn finished(&mut self, index: usize, path: &PathState);
 }
 
-impl<F: FnMut(SampleId, Rgb)> Sink for F {
+impl<F: FnMut(&PathState)> Sink for F {
     const LOOKS: bool = false;
 
     #[inline(always)]
@@ -196,7 +196,7 @@ impl<F: FnMut(SampleId, Rgb)> Sink for F {
 
     #[inline(always)]
     fn finished(&mut self, _: usize, path: &PathState) {
-        self(path.id, path.radiance);
+        self(path);
     }
 }
 
@@ -331,6 +331,6 @@ impl Sink for AovSink<'_, '_> {
             first = last;
         }
         let film = || path.stream.film();
-        self.tiles.of(path.id).add_sample_with(path.id, path.radiance, film, &self.values[own]);
+        self.tiles.of_finished(path).add_sample_with(path.id, path.radiance, film, &self.values[own]);
     }
 }

@@ -41,8 +41,8 @@ use crate::film::{SampleId, tile_around};
 use crate::image::Area;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use crate::spectrum::Rgb;
 use aov::{AovSink, Aovs, Sink};
+use path_state::PathState;
 use record::Record;
 use std::ops::Range;
 use variant::Of;
@@ -106,10 +106,8 @@ impl Integrator {
         let ids = areas.into_iter().flat_map(|(bounds, samples)| self.sample_ids(scene, bounds, samples));
         let (mut counts, mut tiles) = (RayCounts::default(), Tiles::new(work));
         if aovs.is_empty() {
-            self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |id: SampleId, radiance: Rgb| {
-                tiles.of(id).add_sample(id, radiance, || {
-                    sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index).film()
-                });
+            self.walk(scene, sampler, ids, &mut (), &mut counts, &mut |path: &PathState| {
+                tiles.of_finished(path).add_sample(path.id, path.radiance, || path.stream.film());
             });
         } else if Feature::Aovs.is_built() {
             let mut sink = AovSink::new(scene, aovs, tiles, self.max_depth > 0 && !self.hides_sky());
@@ -128,7 +126,7 @@ impl Integrator {
         record: &mut impl Record,
     ) {
         let ids = sample_ids(pixels, samples);
-        self.walk(scene, sampler, ids, record, &mut RayCounts::default(), &mut |_: SampleId, _: Rgb| {});
+        self.walk(scene, sampler, ids, record, &mut RayCounts::default(), &mut |_: &PathState| {});
     }
 
     /// Whether paths share what they find: only where there is something to share, and nothing on the way absorbs.
@@ -170,7 +168,7 @@ impl Integrator {
             }
             false => vec![id],
         };
-        self.walk(scene, sampler, group.into_iter(), &mut only, &mut counts, &mut |_: SampleId, _: Rgb| {});
+        self.walk(scene, sampler, group.into_iter(), &mut only, &mut counts, &mut |_: &PathState| {});
     }
 
     fn walk<R: Record>(

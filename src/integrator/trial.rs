@@ -7,13 +7,12 @@
 //! most have not seen it yet.) The numbers are the trial's own, always the same, so that the answer depends on the scene and
 //! on the limits of paths alone: not on seed, crop or number of samples, and not on the machine.
 
+use super::path_state::PathState;
 use super::reuse::BLOCK;
 use super::{Estimator, Integrator, PathReuse, RayCounts};
-use crate::film::SampleId;
 use crate::image::{Area, Crop};
 use crate::sampler::{Sampler, SamplerKind};
 use crate::scene::Scene;
-use crate::spectrum::Rgb;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -131,9 +130,9 @@ impl Integrator {
         let mut sums = BTreeMap::<(i32, i32), [f64; 2]>::new();
         let mut counts = RayCounts::default();
         let ids = self.sample_ids(scene, block, 0..SAMPLES);
-        self.walk(scene, &sampler, ids, &mut (), &mut counts, &mut |id: SampleId, radiance: Rgb| {
-            let value = f64::from(radiance.luminance());
-            let sum = sums.entry((id.x, id.y)).or_default();
+        self.walk(scene, &sampler, ids, &mut (), &mut counts, &mut |path: &PathState| {
+            let value = f64::from(path.radiance.luminance());
+            let sum = sums.entry((path.id.x, path.id.y)).or_default();
             sum[0] += value;
             sum[1] += value * value;
         });

@@ -367,7 +367,7 @@ impl<'a> Session<'a> {
         let tiles = film.tile_count() as u64;
         let (samples, half) = self.schedule.chunk(unit / tiles);
         let mut tile = film.start_tile((unit % tiles) as usize);
-        let done = take_samples(scene, settings, aovs, &mut [Work { samples, tile: &mut tile }]);
+        let done = take_samples(scene, settings, aovs, &mut [Work::new(samples, &mut tile)]);
         let _entering = self.entering.read().unwrap_or_else(PoisonError::into_inner);
         film.add(&tile, half);
         self.ledger.finish(unit, done);

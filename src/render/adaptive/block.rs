@@ -39,6 +39,8 @@ pub(super) struct Block {
 struct Sequence {
     /// A power of two, or none.
     samples: u32,
+    /// How many vertices their paths had, over all pixels.
+    vertices: u64,
     /// Those of the earlier and the later half.
     halves: [Tile; 2],
 }
@@ -52,6 +54,19 @@ impl Block {
     pub(super) fn samples(&self, sequence: usize) -> u64 {
         self.sequence(sequence).samples.into()
     }
+
+    /// How many vertices the paths of a sequence had, over all pixels.
+    pub(super) fn vertices(&self, sequence: usize) -> u64 {
+        self.sequence(sequence).vertices
+    }
+
+    /// What a sample of a sequence costs: the vertices of a path, in the mean.
+    pub(super) fn cost_of_sample(&self, sequence: usize) -> f64 {
+        let own = self.sequence(sequence);
+        let count = u64::from(own.samples) * self.bounds.pixels();
+        // Paths of no length cost something, too.
+        own.vertices.max(count).max(1) as f64 / count.max(1) as f64
+    }
 }
 
 /// The sequences of some units, ready to take their next samples.
@@ -60,20 +75,27 @@ pub(super) struct Batch<'a>(Vec<(usize, MutexGuard<'a, Sequence>)>);
 impl Batch<'_> {
     /// Doubles the samples of all of them, or takes the `first` ones, with a function that does some work.
     pub(super) fn double(&mut self, first: u32, take: impl Fn(&mut [Work<'_>]) -> Done) -> Done {
-        let mut work = Vec::with_capacity(2 * self.0.len());
+        let (mut work, mut counters) = (Vec::with_capacity(2 * self.0.len()), Vec::with_capacity(self.0.len()));
         for (sequence, own) in &mut self.0 {
             let start = first_of_run(*sequence as u32);
-            let Sequence { samples, halves: [earlier, later] } = &mut **own;
+            let Sequence { samples, vertices, halves: [earlier, later] } = &mut **own;
+            let before = work.len();
             let (middle, end) = if *samples == 0 { (first / 2, first) } else { (*samples, 2 * *samples) };
             if *samples == 0 {
-                work.push(Work { samples: start..start + middle, tile: earlier });
+                work.push(Work::new(start..start + middle, earlier));
             } else {
                 earlier.absorb(later);
             }
-            work.push(Work { samples: start + middle..start + end, tile: later });
+            work.push(Work::new(start + middle..start + end, later));
+            counters.push((work.len() - before, vertices));
             *samples = end;
         }
-        take(&mut work)
+        let done = take(&mut work);
+        let mut taken = work.iter().map(|work| work.vertices);
+        for (parts, vertices) in counters {
+            *vertices = vertices.saturating_add(taken.by_ref().take(parts).sum());
+        }
+        done
     }
 }
 
@@ -94,7 +116,8 @@ impl Blocks {
         };
         let block = |x: i32, y: i32| {
             let bounds = Area { x, y, width: edge, height: edge }.intersection(area);
-            let sequence = || Sequence { samples: 0, halves: [film.start_area(bounds), film.start_area(bounds)] };
+            let sequence =
+                || Sequence { samples: 0, vertices: 0, halves: [film.start_area(bounds), film.start_area(bounds)] };
             Block { bounds, sequences: [Mutex::new(sequence()), Mutex::new(sequence())] }
         };
         let rows = starts(area.y, area.height);
@@ -136,10 +159,11 @@ impl Blocks {
         self.all[unit.block].sequence(unit.sequence).halves.iter().for_each(look);
     }
 
-    /// Sets the number of a unit's samples, and its tiles by what `fill` makes of each, as [`Self::visit`] shows them.
-    pub(super) fn set(&mut self, unit: Unit, samples: u32, fill: &mut impl FnMut(&mut Tile)) {
+    /// Sets the numbers of a unit's samples and their vertices, and its tiles by what `fill` makes of each, as [`Self::visit`] shows
+    /// them.
+    pub(super) fn set(&mut self, unit: Unit, (samples, vertices): (u32, u64), fill: &mut impl FnMut(&mut Tile)) {
         let mut own = self.all[unit.block].sequence(unit.sequence);
-        own.samples = samples;
+        (own.samples, own.vertices) = (samples, vertices);
         own.halves.iter_mut().for_each(fill);
     }
 

@@ -3,7 +3,8 @@
 //! The pixels of all tiles come one after another, block by block, in each the halves of both sequences; as borders overlap, they are
 //! more than the picture has. The words of which a pixel consists ([`Film::word_names`]) are rows of numbers, each cut into as many
 //! planes of the picture's size as it takes: `snell.tile.sum.R.0.0` has the lowest bits of the first pixels' red. Another row,
-//! `snell.samples.0` and so on, has the number of samples of every unit, and whether the pass that has begun is still to double it.
+//! `snell.samples.0` and so on, has the number of samples of every unit, and whether the pass that has begun is still to double it; a
+//! third, `snell.vertices.0` and so on, those of their paths' vertices, the lower half of each number and then the upper one.
 
 use super::block::{Blocks, FEWEST, MOST_LOG_SAMPLES};
 use super::plan::Unit;
@@ -18,6 +19,9 @@ const WAITING: u32 = 1 << 31;
 
 /// The row of numbers of samples.
 const SAMPLES: &str = "snell.samples";
+
+/// The row of numbers of vertices, each of two words.
+const VERTICES: &str = "snell.vertices";
 
 /// How far a render in passes is: its blocks, as long as they stay as they are.
 pub struct Passes {
@@ -121,9 +125,14 @@ impl Blocks {
         let size = film.area().pixels() as usize;
         let units = self.all_units();
         let mut samples = Row::new(SAMPLES.into(), size, units.len());
+        let mut vertices = Row::new(VERTICES.into(), size, 2 * units.len());
         for (i, unit) in units.iter().enumerate() {
+            let block = &self.all[unit.block];
             // No more than 2²⁹.
-            samples.set(i, self.all[unit.block].samples(unit.sequence) as u32);
+            samples.set(i, block.samples(unit.sequence) as u32);
+            let count = block.vertices(unit.sequence);
+            vertices.set(2 * i, count as u32);
+            vertices.set(2 * i + 1, (count >> u32::BITS) as u32);
         }
         for unit in waiting {
             let all = self.all[unit.block].samples(unit.sequence) as u32;
@@ -139,7 +148,7 @@ impl Blocks {
                 first += tile.pixel_count();
             });
         }
-        [samples].into_iter().chain(rows).flat_map(Row::into_planes).collect()
+        [samples, vertices].into_iter().chain(rows).flat_map(Row::into_planes).collect()
     }
 
     /// Puts these blocks, which have no samples, where a render was that left these planes; returns the units that wait.
@@ -152,6 +161,7 @@ impl Blocks {
         let size = film.area().pixels() as usize;
         let units = self.all_units();
         let samples = planes_of(SAMPLES, (size, units.len()), &plane)?;
+        let vertices = planes_of(VERTICES, (size, 2 * units.len()), &plane)?;
         let row = |word: String| planes_of(&row_name(&word), (size, self.tile_pixels()), &plane);
         let rows = film.word_names().into_iter().map(row).collect::<Result<Vec<_>, _>>()?;
         let (mut first, mut taken, mut waiting) = (0, 0, Vec::new());
@@ -165,7 +175,11 @@ impl Blocks {
                 waiting.push(unit);
             }
             taken += u64::from(samples) * self.all[unit.block].bounds.pixels();
-            self.set(unit, samples, &mut |tile: &mut Tile| {
+            let [low, high] = [2 * i, 2 * i + 1].map(|at| u64::from(vertices[at / size][at % size]));
+            if samples == 0 && (low, high) != (0, 0) {
+                return Err(Unfit::Contradiction);
+            }
+            self.set(unit, (samples, high << u32::BITS | low), &mut |tile: &mut Tile| {
                 if samples > 0 {
                     tile.set_words(&|pixel, word| rows[word][(first + pixel) / size][(first + pixel) % size]);
                 }
@@ -203,7 +217,7 @@ mod tests {
         let mut taken = 0;
         for unit in units {
             taken += 4 * blocks.all[unit.block].bounds.pixels();
-            blocks.set(unit, 4, &mut |tile: &mut Tile| {
+            blocks.set(unit, (4, 5 << u32::BITS | 17), &mut |tile: &mut Tile| {
                 let id = SampleId { x: tile.bounds().x, y: tile.bounds().y, index: 0 };
                 let value = Rgb::new(0.3, unit.block as f32, unit.sequence as f32);
                 tile.add_sample_with(id, value, || Vec2::splat(0.4), &[0.7]);
@@ -241,7 +255,15 @@ mod tests {
             assert_eq!(error(&planes, near, taken), Unfit::Contradiction);
         }
         assert_eq!(error(&planes[1..], None, taken), Unfit::Missing("snell.samples.0".into()));
-        assert_eq!(error(&planes[..9], None, taken), Unfit::Missing("snell.tile.sum.R.0.8".into()));
+        let named = |name: &str| planes.iter().position(|plane| plane.name == name).unwrap();
+        let sum = "snell.tile.sum.R.0.8";
+        assert_eq!(error(&planes[..named(sum)], None, taken), Unfit::Missing(sum.into()));
+        // Vertices of a unit without samples: the last one, whose upper words are the row's last ones.
+        let mut odd = planes.clone();
+        let units = blocks.all_units().len();
+        let PlaneValues::Whole(values) = &mut odd[named("snell.vertices.0")].values else { panic!("whole numbers") };
+        values[2 * units - 1] = 1;
+        assert_eq!(error(&odd, None, taken), Unfit::Contradiction);
         // Numbers of samples that no pass leaves: none and not waiting, no power of two, too few, too many.
         for samples in [0, 12, 1, 1 << 30, WAITING | 1 << MOST_LOG_SAMPLES] {
             let mut planes = planes.clone();

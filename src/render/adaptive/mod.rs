@@ -20,8 +20,10 @@
 //! # Who gets how many
 //!
 //! To double the n samples of a sequence whose pixels have the variance v per sample, relative to their radiance, takes v/2n from the
-//! error for n samples. So sequences are doubled in the order of v/n². Half of v is that of the blocks around, so that what a block
-//! has not seen yet, but its neighbours have, counts; and it is not below a small part of the mean.
+//! error for n samples, each of which costs time in proportion to the c vertices of its path. So sequences are doubled in the order
+//! of v/cn². Half of v is that of the blocks around, so that what a block has not seen yet, but its neighbours have, counts; and it is
+//! not below a small part of the mean. Where rare bright samples make the error, which shows in how much halves of the samples are
+//! surprised by each other, nobody knows where they will be next: then all blocks have the more of the mean, and in the end the same.
 
 mod block;
 mod kept;
@@ -181,20 +183,20 @@ impl<'a> AdaptiveSession<'a> {
             self.pass(pool, &mut changed, keeping.as_deref_mut());
             self.estimate(pool, &changed);
             changed.clear();
-            let error = self.estimates.error();
-            self.progress.set_error(error);
+            let known = self.estimates.whole(self.limits.confidence);
+            self.progress.set_error(known.error);
             if self.progress.is_cancelled() {
                 break Ended::Stopped;
             }
             if self.out_of_time.load(Ordering::Relaxed) {
                 break Ended::Time;
             }
-            let left = self.left_to_target(error);
+            let left = self.left_to_target(known.error);
             if left.is_some_and(|left| left >= 1.0) {
                 break Ended::Error;
             }
             let left = left.unwrap_or(0.0).min(MOST_LEFT);
-            self.waiting = self.blocks.plan(&self.film, &self.estimates, (self.room(), left));
+            self.waiting = self.blocks.plan((&self.film, &self.estimates, known.surprise), (self.room(), left));
             if self.waiting.is_empty() {
                 break Ended::Samples;
             }
