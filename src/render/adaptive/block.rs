@@ -175,12 +175,18 @@ impl Blocks {
         rows.flat_map(move |row| columns.clone().map(move |column| row * across + column))
     }
 
+    /// The blocks whose samples reach the pixels of one, or the other way round: without a filter that mixes them, itself alone.
+    pub(super) fn reaching(&self, film: &Film, block: usize) -> impl Iterator<Item = usize> + use<> {
+        let mixes = film.border() > 0;
+        self.around(block).filter(move |&near| mixes || near == block)
+    }
+
     /// What is known of the pixels of a block that are in the picture, row by row.
     pub(super) fn pixel_estimates(&self, film: &Film, block: usize) -> Vec<PixelEstimate> {
         let area = self.all[block].bounds.intersection(film.area());
         let part = |part: usize| -> Vec<PartMean> {
             let mut gathered = Gathered::new(film, area);
-            for near in self.around(block) {
+            for near in self.reaching(film, block) {
                 let own = self.all[near].sequence(part / 2);
                 gathered.add(&own.halves[part % 2], times(own.samples));
             }

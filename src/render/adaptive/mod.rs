@@ -61,7 +61,7 @@ const BATCH: u64 = 4096;
 
 /// By what part of the samples there are a pass adds to them at most: few enough that what is decided is not old, enough that
 /// passes are not all waiting for the last thread.
-const GROWTH: f64 = 0.25;
+const GROWTH: f64 = 0.5;
 
 /// What part of the squared error a pass towards a target may leave: were it all, there would be no end.
 const MOST_LEFT: f64 = 0.95;
@@ -329,12 +329,9 @@ impl<'a> AdaptiveSession<'a> {
 
     /// Brings the estimates of all pixels up to date that samples of the blocks `changed` reach.
     fn estimate(&mut self, pool: &ThreadPool, changed: &BTreeSet<usize>) {
-        let reached: Vec<usize> = if self.film.border() == 0 {
-            changed.iter().copied().collect()
-        } else {
-            let reached: BTreeSet<usize> = changed.iter().flat_map(|&block| self.blocks.around(block)).collect();
-            reached.into_iter().collect()
-        };
+        let reached: BTreeSet<usize> =
+            changed.iter().flat_map(|&block| self.blocks.reaching(&self.film, block)).collect();
+        let reached: Vec<usize> = reached.into_iter().collect();
         let whole = self.film.area();
         let of_block = |&block: &usize| (block, self.blocks.pixel_estimates(&self.film, block));
         let new: Vec<_> = pool.install(|| reached.par_iter().map(of_block).collect());
