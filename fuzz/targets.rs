@@ -267,9 +267,10 @@ fn sums(data: &[u8]) -> Outcome {
     /// Sums beside radiance, and whole numbers.
     const MEANS: usize = 8;
     const NUMBERS: usize = 4;
-    /// Of a block: two halves of two sequences; and the samples of each of these.
+    /// Of a block: two halves of two sequences; and the samples and vertices of each of these.
     const TILES: usize = 4;
     const SAMPLES: u32 = 2;
+    const VERTICES: [u32; 4] = [17, 0, 17, u32::MAX];
     let start = ProcessTime::now();
     let sums = if data.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         sums_file::decode(data)
@@ -287,7 +288,8 @@ fn sums(data: &[u8]) -> Outcome {
         let values = |i: usize| [0, 1, u32::MAX, 0x1234_5678].map(|v: u32| v.rotate_left(i as u32 % 32)).to_vec();
         let planes = names.into_iter().chain(of_tiles).enumerate().map(|(i, name)| (name, values(i)));
         let samples = [("snell.samples.0".to_owned(), vec![SAMPLES, SAMPLES, 0, 0])];
-        Ok(Sums::new(record, (SIZE, SIZE), planes.chain(samples)))
+        let vertices = [("snell.vertices.0".to_owned(), VERTICES.to_vec())];
+        Ok(Sums::new(record, (SIZE, SIZE), planes.chain(samples).chain(vertices)))
     };
     check_time(data.len(), start);
     snell::cli::check_sums(&sums?)
