@@ -269,7 +269,7 @@ fn sums(data: &[u8]) -> Outcome {
     const NUMBERS: usize = 4;
     /// Of a block: two halves of two sequences; and the samples and vertices of each of these.
     const TILES: usize = 4;
-    const SAMPLES: u32 = 2;
+    const SAMPLES: u32 = 8;
     const VERTICES: [u32; 4] = [17, 0, 17, u32::MAX];
     let start = ProcessTime::now();
     let sums = if data.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
