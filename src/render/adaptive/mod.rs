@@ -276,10 +276,12 @@ impl<'a> AdaptiveSession<'a> {
         let (own, first) = (&*self, self.first_samples());
         let (left, changed) = (Mutex::new(own.waiting.as_slice()), Mutex::new(BTreeSet::new()));
         pool.broadcast(|_| {
-            while !own.progress.is_cancelled()
-                && let batch = own.next_batch(&mut lock(&left), first)
-                && !batch.is_empty()
-            {
+            while !own.progress.is_cancelled() {
+                // A statement of its own: in the condition the lock would be held while samples are taken.
+                let batch = own.next_batch(&mut lock(&left), first);
+                if batch.is_empty() {
+                    break;
+                }
                 let take = |work: &mut [Work<'_>]| super::take_samples(own.scene, own.settings, own.aovs, work);
                 let done = own.blocks.batch(batch).double(first, take);
                 *lock(&own.done) += done;
