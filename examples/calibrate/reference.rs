@@ -114,9 +114,15 @@ impl Reference {
         sums.into_iter().map(|[sum, count]| sum / count).collect()
     }
 
-    /// Its own means, from two pictures.
+    /// Its own means, from two pictures. By how much these differ in one number says next to nothing of its error, but in those of all
+    /// tiles, which are independent, it says what that of the whole is.
     pub(super) fn means(&self) -> Means {
-        Means::of(self.halves.iter().map(|half| self.tile_means(half)))
+        let mut means = Means::of(self.halves.iter().map(|half| self.tile_means(half)));
+        if let [whole, tiles @ ..] = &mut means.0[..] {
+            let count = tiles.len() as f64;
+            whole[1] = tiles.iter().map(|tile| tile[1]).sum::<f64>() / (count * count);
+        }
+        means
     }
 }
 
