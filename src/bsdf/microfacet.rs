@@ -144,7 +144,10 @@ impl Microfacets {
         match self.distribution {
             Distribution::Ggx => 1.0 / (PI * a.x * a.y * sqr(slope2_cos2 + cos2)),
             Distribution::Beckmann => {
-                let e = libm::expf(-slope2_cos2 / cos2);
+                /// From here on exp(−x) is 0 in f32; a library says so in some hundred cycles, for it signals an underflow.
+                const NOTHING_LEFT: f32 = 104.0;
+                let e =
+                    if slope2_cos2 < NOTHING_LEFT * cos2 { libm::expf(-slope2_cos2 / cos2) } else { 0.0 };
                 // Zero before the cosines can be; NaN falls here, too.
                 if e > 0.0 { e / (PI * (a.x * cos2) * (a.y * cos2)) } else { 0.0 }
             }

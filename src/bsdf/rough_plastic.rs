@@ -13,7 +13,7 @@
 //! below zero: what such a coat reflects inside is guessed from outside.
 
 use super::energy::{self, Interface, Spread};
-use super::microfacet::Microfacets;
+use super::microfacet::{Microfacets, Mirrored};
 use super::parameter::{Parameter, not_negative};
 use super::plastic::{Base, coat_probability};
 use super::{BsdfSample, Lobes, NOTHING, fresnel};
@@ -51,6 +51,20 @@ struct Several {
     /// What one scattering loses over the hemisphere, and which part of it comes back.
     mean_lost: f32,
     back: f32,
+}
+
+/// What all directions to one viewer have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenRoughPlastic {
+    /// The coat's transmittance for the viewer.
+    through: f32,
+    /// How likely it is that the coat's reflection is sampled.
+    coat: f32,
+    /// The base's albedo under the coat.
+    albedo: Rgb,
+    mirrored: Mirrored,
+    /// [`Several::often`].
+    often: f32,
 }
 
 impl Several {
@@ -186,23 +200,49 @@ impl RoughPlastic {
         coat_probability(self.reflectance, self.base.reflectance, 1.0 - through, through)
     }
 
-    #[inline(never)]
-    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
-        if !(wo.z > 0.0 && wi.z > 0.0) {
-            return NOTHING;
+    /// See [`super::Bsdf::look_from`]. `None` if nothing comes from there.
+    #[inline]
+    pub(super) fn look_from(&self, wo: Vec3) -> Option<SeenRoughPlastic> {
+        if !(wo.z > 0.0) {
+            return None;
         }
         let through = self.through(wo.z);
-        let Some(coat) = self.coat_probability(through) else { return NOTHING };
+        Some(SeenRoughPlastic {
+            through,
+            coat: self.coat_probability(through)?,
+            albedo: self.base.albedo(),
+            mirrored: self.facets.mirrored(wo),
+            often: self.several.as_ref().map_or(0.0, |several| several.often(wo.z)),
+        })
+    }
+
+    #[inline(never)]
+    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        if !(wi.z > 0.0) {
+            return NOTHING;
+        }
+        self.look_from(wo).map_or(NOTHING, |seen| self.towards(&seen, wo, wi))
+    }
+
+    /// Value and density of a direction.
+    #[inline]
+    pub(super) fn towards(&self, seen: &SeenRoughPlastic, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        let &SeenRoughPlastic { through, coat, albedo, mirrored: view, often } = seen;
+        if !(wi.z > 0.0) {
+            return NOTHING;
+        }
         let cosine = warp::square_to_cosine_hemisphere_pdf(wi);
-        let diffuse = self.base.albedo() * (through * self.through(wi.z) / sqr(self.eta) * cosine.0);
+        let diffuse = albedo * (through * self.through(wi.z) / sqr(self.eta) * cosine.0);
         let Some(m) = (wo + wi).try_normalize() else { return NOTHING };
-        let view = self.facets.mirrored(wo);
         let d = 0.25 * self.facets.d(m);
-        let value = d * view.masking * self.facets.g1(wi, m);
-        let reflectance = fresnel::dielectric(min(wo.dot(m), 1.0), self.eta).reflectance;
-        let (mut value, mut density) = (reflectance * value, d * view.density);
+        let (mut value, mut density) = (0.0, 0.0);
+        // Most directions are far from the peak of a narrow lobe.
+        if d > 0.0 {
+            let reflectance = fresnel::dielectric(min(wo.dot(m), 1.0), self.eta).reflectance;
+            (value, density) = (reflectance * (d * view.masking * self.facets.g1(wi, m)), d * view.density);
+        }
         if let Some(several) = &self.several {
-            let (often, (more, spread)) = (several.often(wo.z), several.eval_pdf(wo, wi));
+            let (more, spread) = several.eval_pdf(wo, wi);
             value += more;
             density = (1.0 - often) * density + often * spread;
         }

@@ -204,6 +204,8 @@ struct Importances<'a> {
 
 /// What the lights that are at some distance send.
 enum Sent<'a> {
+    /// There are none.
+    Nothing,
     /// Those of a list that fits into one vector.
     Few(&'a [u32], Weights<LANES>),
     /// Those of a list.
@@ -216,6 +218,7 @@ impl<'a> Importances<'a> {
     #[inline(always)]
     fn new(choice: &'a Choice, at: &Receiver) -> Self {
         let (finite, sum) = match &choice.finite {
+            Finite::List(list, _) if list.is_empty() => (Sent::Nothing, 0.0),
             Finite::List(list, beams) if beams.len() <= 1 => {
                 let weights =
                     Weights::new(beams.first().map_or([0.0; LANES], |beams| beams.importances(choice.level, at)));
@@ -248,6 +251,7 @@ impl<'a> Importances<'a> {
         let rest = 1.0 - share;
         let u = if share > 0.0 { (u - share) / rest } else { u };
         let (light, p) = match &self.finite {
+            Sent::Nothing => return None,
             Sent::Few(list, weights) => weights.choose(u).map(|(i, p, _)| (list[i] as usize, p))?,
             Sent::List(list, weights) => weights.choose(u).map(|(i, p, _)| (list[i] as usize, p))?,
             Sent::Tree(tree, first) => tree.sample(&self.at, first, u)?,
@@ -271,6 +275,7 @@ impl<'a> Importances<'a> {
         }
         let place = |list: &[u32]| list.iter().position(|index| *index as usize == light);
         let part = match &self.finite {
+            Sent::Nothing => 0.0,
             Sent::Few(list, weights) => place(list).map_or(0.0, |index| weights.pmf(index)),
             Sent::List(list, weights) => place(list).map_or(0.0, |index| weights.pmf(index)),
             Sent::Tree(tree, first) => tree.pmf(&self.at, first, light),
