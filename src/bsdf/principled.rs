@@ -181,7 +181,10 @@ impl Principled {
         let cos = min(wo.z, 1.0);
         let reflected = if self.only_mirrors() {
             // Transmittance is not worked out for nothing: most are so.
-            share(self.has_facets(), self.mirrored(cos, fresnel::dielectric(cos, self.eta_seen_from(wo)).reflectance).mean())
+            share(
+                self.has_facets(),
+                self.mirrored(cos, fresnel::dielectric(cos, self.eta_seen_from(wo)).reflectance).mean(),
+            )
         } else {
             let facet = self.facet(wo, cos, fresnel::dielectric(cos, self.eta_seen_from(wo)));
             share(true, facet.reflectance.mean() + facet.transmittance.mean())
