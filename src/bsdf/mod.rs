@@ -120,7 +120,6 @@ pub struct Lobes {
 
 /// What a bsdf knows of one viewer.
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 pub enum Seen {
     /// Nothing that would spare work.
     Any,
