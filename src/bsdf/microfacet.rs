@@ -111,6 +111,12 @@ impl Microfacets {
         self.alpha.y = self.meant(alpha);
     }
 
+    /// Of another shape.
+    #[inline(always)]
+    pub(super) fn of_shape(&self, distribution: Distribution) -> Self {
+        Self { distribution, ..*self }
+    }
+
     /// Its shape.
     #[inline]
     pub(super) fn distribution(&self) -> Distribution {
@@ -144,7 +150,9 @@ impl Microfacets {
         match self.distribution {
             Distribution::Ggx => 1.0 / (PI * a.x * a.y * sqr(slope2_cos2 + cos2)),
             Distribution::Beckmann => {
-                let e = libm::expf(-slope2_cos2 / cos2);
+                /// From here on exp(−x) is 0 in f32; a library says so in some hundred cycles, for it signals an underflow.
+                const NOTHING_LEFT: f32 = 104.0;
+                let e = if slope2_cos2 < NOTHING_LEFT * cos2 { libm::expf(-slope2_cos2 / cos2) } else { 0.0 };
                 // Zero before the cosines can be; NaN falls here, too.
                 if e > 0.0 { e / (PI * (a.x * cos2) * (a.y * cos2)) } else { 0.0 }
             }
@@ -263,6 +271,7 @@ impl Microfacets {
     /// same whatever the view. Like [`Self::sample_visible`], but for GGX by
     /// another map, from a hemisphere that is seen as a disk and half a disk (Heitz 2018, *Sampling the GGX Distribution of
     /// Visible Normals*), which is Mitsuba's: for quadratures whose result is to be Mitsuba's, error included.
+    #[inline(always)]
     pub(super) fn visible_line(&self, w: Vec3, along: f32) -> impl Fn(f32) -> Vec3 {
         let Self { distribution, alpha, .. } = *self;
         let t = (alpha * w.truncate()).extend(w.z).normalize();
@@ -270,6 +279,7 @@ impl Microfacets {
             Distribution::Ggx => 0.0,
             Distribution::Beckmann => beckmann::visible_slope(f64::from(t.z) / f64::from(t.x), along),
         };
+        #[inline(always)]
         move |across| {
             if distribution == Distribution::Beckmann {
                 let slope = alpha * Vec2::new(slope, across);

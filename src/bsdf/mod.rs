@@ -43,7 +43,7 @@ pub use principled_thin::PrincipledThin;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_pane::RoughPane;
-pub use rough_plastic::RoughPlastic;
+pub use rough_plastic::{RoughPlastic, SeenRoughPlastic};
 pub use thin_dielectric::ThinDielectric;
 
 use crate::facts::{Feature, has};
@@ -118,6 +118,19 @@ pub struct Lobes {
     pub anisotropic: bool,
 }
 
+/// What a bsdf knows of one viewer.
+#[derive(Clone, Copy, Debug)]
+pub enum Seen {
+    /// Nothing that would spare work.
+    Any,
+    /// That nothing is scattered there.
+    Nothing,
+    /// What all directions have in common.
+    RoughPlastic(SeenRoughPlastic),
+    /// The same.
+    Principled(SeenPrincipled),
+}
+
 macro_rules! each {
     ($self:ident, $b:ident => $e:expr) => {
         match $self {
@@ -142,6 +155,12 @@ macro_rules! each {
 
 use each;
 
+/// A material asks only for parameters that its bsdf has.
+#[inline]
+fn assert_known(known: bool) {
+    debug_assert!(known, "a bsdf has no such parameter");
+}
+
 impl Bsdf {
     /// Whether it lets light through, whatever its parameters are.
     #[inline(always)]
@@ -156,6 +175,27 @@ impl Bsdf {
         match self {
             Self::Diffuse(b) => b.eval_pdf(wo, wi),
             other => other.eval_pdf_apart(&wo, &wi),
+        }
+    }
+
+    /// What [`Self::eval_pdf_seen`] needs to know of a viewer in the direction `wo`, for asking several times.
+    #[inline(never)]
+    pub fn look_from(&self, &wo: &Vec3) -> Seen {
+        match self {
+            Self::RoughPlastic(b) => b.look_from(wo).map_or(Seen::Nothing, Seen::RoughPlastic),
+            Self::Principled(b) => Seen::Principled(b.look_from(wo)),
+            _ => Seen::Any,
+        }
+    }
+
+    /// The same as [`Self::eval_pdf`] for that `wo`, which [`Self::look_from`] has been told.
+    #[inline]
+    pub fn eval_pdf_seen(&self, seen: &Seen, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        match (self, seen) {
+            (_, Seen::Nothing) => NOTHING,
+            (Self::RoughPlastic(b), Seen::RoughPlastic(seen)) => b.towards(seen, wo, wi),
+            (_, Seen::Principled(b)) => b.eval_pdf(wo, wi),
+            _ => self.eval_pdf(wo, wi),
         }
     }
 
@@ -183,12 +223,34 @@ impl Bsdf {
         each!(self, b => b.sample(wo, u))
     }
 
-    /// Works out ahead what depends on nothing but the viewer's direction, if that pays: answers stay the same, but those for
-    /// this `wo` take less time.
-    #[inline]
-    pub fn look_from(&mut self, wo: Vec3) {
-        if let Self::Principled(b) = self {
-            *self = Self::SeenPrincipled(b.look_from(wo));
+    /// Hands on the same with other numbers for some parameters ([`Self::set`]). What depends on nothing but the viewer's direction is
+    /// worked out ahead, if that pays: answers stay the same, but those for this `wo` take less time.
+    ///
+    /// It hands on instead of returning so that what is small, and often wanted, can be put to its place without copying as many bytes
+    /// as the largest has.
+    #[inline(always)]
+    pub fn varied<R>(
+        &self,
+        numbers: impl Iterator<Item = (Parameter, Rgb)>,
+        wo: Vec3,
+        put: impl FnOnce(Self) -> R,
+    ) -> R {
+        match self {
+            Self::Diffuse(b) => {
+                let mut b = *b;
+                numbers.for_each(|(parameter, value)| assert_known(b.set(parameter, value)));
+                put(Self::Diffuse(b))
+            }
+            Self::Principled(b) => {
+                let mut b = *b;
+                numbers.for_each(|(parameter, value)| assert_known(b.set(parameter, value)));
+                put(Self::SeenPrincipled(b.look_from(wo)))
+            }
+            other => {
+                let mut b = other.clone();
+                numbers.for_each(|(parameter, value)| b.set(parameter, value));
+                put(b)
+            }
         }
     }
 

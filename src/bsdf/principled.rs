@@ -52,6 +52,8 @@ struct Seen {
     facets: Microfacets,
     /// What they reflect, if there are some; seen from outside.
     view: Mirrored,
+    /// [`Principled::eta_seen_from`] there.
+    eta: f32,
 }
 
 /// How often each lobe is sampled; the microfacets otherwise.
@@ -140,30 +142,30 @@ impl Principled {
         !(self.glass() > 0.0)
     }
 
-    /// What microfacets do that are seen from the side of `wo` under the cosine `cos`, where a dielectric's would do
-    /// as `interface` says.
+    /// What microfacets reflect, if there are some, that are seen from outside under the cosine `cos`, where those of a dielectric would
+    /// reflect so much.
     #[inline]
+    fn mirrored(&self, cos: f32, dielectric: f32) -> Rgb {
+        let Disney { base_color, spec_tint, .. } = self.disney;
+        let mut dielectric = Rgb::splat((1.0 - spec_tint) * dielectric);
+        if spec_tint > 0.0 {
+            dielectric += self.disney.tinted_fresnel(cos) * spec_tint;
+        }
+        match self.metallic > 0.0 {
+            true => dielectric * (1.0 - self.metallic) + self.disney.schlick(base_color, cos) * self.metallic,
+            false => dielectric,
+        }
+    }
+
+    /// What microfacets do that are seen from the side of `wo` under the cosine `cos`, where a dielectric's would do
+    /// as `interface` says, if some of them transmit.
+    #[inline(never)]
     fn facet(&self, wo: Vec3, cos: f32, interface: Interface) -> Facet {
         let glass = self.glass();
-        let reflectance = if !self.has_facets() {
-            Rgb::BLACK
-        } else if wo.z > 0.0 {
-            let Disney { base_color, spec_tint, .. } = self.disney;
-            let mut dielectric = Rgb::splat((1.0 - spec_tint) * interface.reflectance);
-            if spec_tint > 0.0 {
-                dielectric += self.disney.tinted_fresnel(cos) * spec_tint;
-            }
-            match self.metallic > 0.0 {
-                true => dielectric * (1.0 - self.metallic) + self.disney.schlick(base_color, cos) * self.metallic,
-                false => dielectric,
-            }
-        } else {
-            Rgb::splat(glass * interface.reflectance)
+        let reflectance = match wo.z > 0.0 {
+            true => self.mirrored(cos, interface.reflectance),
+            false => Rgb::splat(glass * interface.reflectance),
         };
-        if self.only_mirrors() {
-            let reflects = if reflectance.is_black() { f32::NAN } else { 1.0 };
-            return Facet { reflectance, transmittance: Rgb::BLACK, reflects };
-        }
         let transmittance = self.disney.base_color.map(f32::sqrt) * (glass * interface.transmittance);
         let (r, t) = (reflectance.mean(), transmittance.mean());
         Facet { reflectance, transmittance, reflects: r / (r + t) }
@@ -177,15 +179,23 @@ impl Principled {
             return (self.glass() > 0.0).then_some(Shares { diffuse: 0.0, coat: 0.0, facets: 1.0, all: self.glass() });
         }
         let cos = min(wo.z, 1.0);
-        let facet = self.facet(wo, cos, fresnel::dielectric(cos, self.eta_seen_from(wo)));
+        let reflected = if self.only_mirrors() {
+            // Transmittance is not worked out for nothing: most are so.
+            share(
+                self.has_facets(),
+                self.mirrored(cos, fresnel::dielectric(cos, self.eta_seen_from(wo)).reflectance).mean(),
+            )
+        } else {
+            let facet = self.facet(wo, cos, fresnel::dielectric(cos, self.eta_seen_from(wo)));
+            share(true, facet.reflectance.mean() + facet.transmittance.mean())
+        };
         let (dielectric, brdf) = (1.0 - self.metallic, (1.0 - self.metallic) * (1.0 - spec_trans));
         let is_diffuse = brdf > 0.0 && !base_color.is_black() || dielectric * sheen > 0.0;
         let diffuse = share(is_diffuse, brdf * self.disney.diffuse_albedo(cos));
         // The density of the coat's normals is for the cosine of normal incidence, twice.
         let coat = share(self.clearcoat > 0.0, self.clearcoat * self.coat_fresnel(cos) * sqr(cos));
-        let facets = share(self.has_facets(), facet.reflectance.mean() + facet.transmittance.mean());
-        let all = diffuse + coat + facets;
-        (all > 0.0).then(|| Shares { diffuse: diffuse / all, coat: coat / all, facets: facets / all, all })
+        let all = diffuse + coat + reflected;
+        (all > 0.0).then(|| Shares { diffuse: diffuse / all, coat: coat / all, facets: reflected / all, all })
     }
 
     /// What all directions have in common, seen from `wo`. `None` if nothing comes from there.
@@ -197,10 +207,11 @@ impl Principled {
         let (shares, facets) = (self.shares(wo)?, self.disney.facets(self.disney.roughness));
         let reflects = self.has_facets() && wo.z > 0.0;
         let view = if reflects { facets.mirrored(wo) } else { Mirrored { masking: 0.0, density: 0.0 } };
-        Some(Seen { wo, shares, facets, view })
+        Some(Seen { wo, shares, facets, view, eta: self.eta_seen_from(wo) })
     }
 
-    /// See [`super::Bsdf::look_from`].
+    /// See [`super::Bsdf::varied`].
+    #[inline]
     pub(super) fn look_from(&self, wo: Vec3) -> SeenPrincipled {
         SeenPrincipled { own: *self, wo, seen: self.seen_from(wo) }
     }
@@ -226,9 +237,9 @@ impl Principled {
         Gtr1::new(if self.disney.regularized { Microfacets::regularized_alpha(alpha) } else { alpha })
     }
 
-    /// The coat's value times cos θi, and the density of its samples.
-    #[inline]
-    fn coat_eval_pdf(&self, wo: Vec3, wi: Vec3, m: Vec3) -> (f32, f32) {
+    /// The coat's value times cos θi, and the density of its samples. Not inlined: few have one.
+    #[inline(never)]
+    fn coat_eval_pdf(&self, &wo: &Vec3, &wi: &Vec3, &m: &Vec3) -> (f32, f32) {
         /// Masking and shadowing are those of GGX with this α, whatever the coat's (Burley 2012, section 5.4).
         const MASKING_ALPHA: f32 = 0.25;
         let cos = min(wo.dot(m), 1.0);
@@ -255,37 +266,48 @@ impl Principled {
 
     /// Value and density of reflection on the outside, where all lobes meet.
     #[inline]
-    fn reflection(&self, &Seen { wo, ref shares, ref facets, view }: &Seen, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+    fn reflection(&self, &Seen { wo, ref shares, ref facets, view, eta }: &Seen, wi: Vec3) -> (Rgb, SolidAnglePdf) {
         let Some(m) = (wo + wi).try_normalize() else { return NOTHING };
         let cos = min(wo.dot(m), 1.0);
         let (mut value, mut pdf) = (Rgb::BLACK, 0.0);
         if shares.diffuse > 0.0 {
             let (metallic, spec_trans) = (self.metallic, self.disney.spec_trans);
             value += self.disney.diffuse(wo.z, wi.z, cos) * ((1.0 - metallic) * (1.0 - spec_trans));
-            value += self.disney.sheen(cos) * ((1.0 - metallic) * wi.z);
+            if self.disney.sheen > 0.0 {
+                value += self.disney.sheen(cos) * ((1.0 - metallic) * wi.z);
+            }
             pdf += shares.diffuse * warp::square_to_cosine_hemisphere_pdf(wi).0;
         }
         if shares.coat > 0.0 {
-            let (coat, coat_pdf) = self.coat_eval_pdf(wo, wi, m);
+            let (coat, coat_pdf) = self.coat_eval_pdf(&{ wo }, &{ wi }, &{ m });
             value += Rgb::splat(coat);
             pdf += shares.coat * coat_pdf;
         }
-        let facet = self.facet(wo, cos, fresnel::dielectric(cos, self.eta_seen_from(wo)));
-        if facet.reflects > 0.0 {
-            let d = 0.25 * facets.d(m);
-            value += facet.reflectance * (d * view.masking * facets.g1(wi, m));
+        // Without facets their share is nought.
+        let (reflectance, reflects, density) = if !(shares.facets > 0.0) {
+            (Rgb::BLACK, 0.0, 0.0)
+        } else if self.only_mirrors() {
+            (self.mirrored(cos, fresnel::dielectric(cos, eta).reflectance), 1.0, view.density)
+        } else {
+            let facet = self.facet(wo, cos, fresnel::dielectric(cos, eta));
             // Where some of the normals refract, they are all that are visible; the density of those is GGX's own masking.
-            let density = if self.only_mirrors() { view.density } else { view.masking };
-            pdf += shares.facets * facet.reflects * (d * density);
+            (facet.reflectance, facet.reflects, view.masking)
+        };
+        if reflects > 0.0 && !reflectance.is_black() {
+            let d = 0.25 * facets.d(m);
+            value += reflectance * (d * view.masking * facets.g1(wi, m));
+            pdf += shares.facets * reflects * (d * density);
         }
         (value, SolidAnglePdf(pdf))
     }
 
     /// Value and density of transmission, and of reflection inside.
     #[inline(never)]
-    fn interface(&self, &Seen { wo, ref shares, ref facets, .. }: &Seen, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+    fn interface(&self, &Seen { wo, ref shares, ref facets, eta, .. }: &Seen, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        if self.only_mirrors() {
+            return NOTHING;
+        }
         let reflects = (wo.z > 0.0) == (wi.z > 0.0);
-        let eta = self.eta_seen_from(wo);
         let Some(m) = (if reflects { wo + wi } else { wo + eta * wi }).try_normalize() else { return NOTHING };
         let m = if m.z < 0.0 { -m } else { m };
         let (dot_o, dot_i) = (wo.dot(m), wi.dot(m));
@@ -445,8 +467,7 @@ mod tests {
             for i in 0..100 {
                 let (a, b, wi) = (direction(i, 0), direction(i, 1), direction(i, 2));
                 let a = if i % 3 == 0 { -a } else { a };
-                let mut ahead = own.clone();
-                ahead.look_from(a);
+                let mut ahead = own.varied(std::iter::empty(), a, |bsdf| bsdf);
                 ahead.set(Parameter::Roughness, Rgb::splat(0.2));
                 let mut own = own.clone();
                 own.set(Parameter::Roughness, Rgb::splat(0.2));

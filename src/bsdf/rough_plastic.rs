@@ -13,7 +13,7 @@
 //! below zero: what such a coat reflects inside is guessed from outside.
 
 use super::energy::{self, Interface, Spread};
-use super::microfacet::Microfacets;
+use super::microfacet::{Distribution, Microfacets, Mirrored};
 use super::parameter::{Parameter, not_negative};
 use super::plastic::{Base, coat_probability};
 use super::{BsdfSample, Lobes, NOTHING, fresnel};
@@ -53,6 +53,20 @@ struct Several {
     back: f32,
 }
 
+/// What all directions to one viewer have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenRoughPlastic {
+    /// The coat's transmittance for the viewer.
+    through: f32,
+    /// How likely it is that the coat's reflection is sampled.
+    coat: f32,
+    /// The base's albedo under the coat.
+    albedo: Rgb,
+    mirrored: Mirrored,
+    /// [`Several::often`].
+    often: f32,
+}
+
 impl Several {
     /// What the coat scatters once and several times, seen under the cosine `cos`.
     fn albedos(&self, cos: f32) -> [f32; 2] {
@@ -85,7 +99,7 @@ impl RoughPlastic {
         nonlinear: bool,
     ) -> Self {
         let rule = Rule::new(&facets, 1.0 / eta);
-        let seen = |wo: Vec3| rule.mean(wo, |m| reflected(&facets, wo, 1.0 / eta, m)) * f64::from(wo.z);
+        let seen = |wo: Vec3| rule.mean(wo, |facets, m| reflected(facets, wo, 1.0 / eta, m)) * f64::from(wo.z);
         let inside = (2.0 * tabulated().map(seen).sum::<f64>() / ANGLES as f64) as f32;
         let base = Base { reflectance: diffuse_reflectance, inside, nonlinear };
         Self::over(facets, eta, base, specular_reflectance)
@@ -111,7 +125,7 @@ impl RoughPlastic {
         let mut transmittance = [0.0; ANGLES];
         let rule = Rule::new(&facets, eta);
         for (t, wo) in transmittance.iter_mut().zip(tabulated()) {
-            *t = rule.mean(wo, |m| refracted(&facets, wo, eta, m)) as f32;
+            *t = rule.mean(wo, |facets, m| refracted(facets, wo, eta, m)) as f32;
         }
         Self { facets, eta, base, reflectance: specular_reflectance, transmittance, several: None }
     }
@@ -186,23 +200,49 @@ impl RoughPlastic {
         coat_probability(self.reflectance, self.base.reflectance, 1.0 - through, through)
     }
 
-    #[inline(never)]
-    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
-        if !(wo.z > 0.0 && wi.z > 0.0) {
-            return NOTHING;
+    /// See [`super::Bsdf::look_from`]. `None` if nothing comes from there.
+    #[inline]
+    pub(super) fn look_from(&self, wo: Vec3) -> Option<SeenRoughPlastic> {
+        if !(wo.z > 0.0) {
+            return None;
         }
         let through = self.through(wo.z);
-        let Some(coat) = self.coat_probability(through) else { return NOTHING };
+        Some(SeenRoughPlastic {
+            through,
+            coat: self.coat_probability(through)?,
+            albedo: self.base.albedo(),
+            mirrored: self.facets.mirrored(wo),
+            often: self.several.as_ref().map_or(0.0, |several| several.often(wo.z)),
+        })
+    }
+
+    #[inline(never)]
+    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        if !(wi.z > 0.0) {
+            return NOTHING;
+        }
+        self.look_from(wo).map_or(NOTHING, |seen| self.towards(&seen, wo, wi))
+    }
+
+    /// Value and density of a direction.
+    #[inline]
+    pub(super) fn towards(&self, seen: &SeenRoughPlastic, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        let &SeenRoughPlastic { through, coat, albedo, mirrored: view, often } = seen;
+        if !(wi.z > 0.0) {
+            return NOTHING;
+        }
         let cosine = warp::square_to_cosine_hemisphere_pdf(wi);
-        let diffuse = self.base.albedo() * (through * self.through(wi.z) / sqr(self.eta) * cosine.0);
+        let diffuse = albedo * (through * self.through(wi.z) / sqr(self.eta) * cosine.0);
         let Some(m) = (wo + wi).try_normalize() else { return NOTHING };
-        let view = self.facets.mirrored(wo);
         let d = 0.25 * self.facets.d(m);
-        let value = d * view.masking * self.facets.g1(wi, m);
-        let reflectance = fresnel::dielectric(min(wo.dot(m), 1.0), self.eta).reflectance;
-        let (mut value, mut density) = (reflectance * value, d * view.density);
+        let (mut value, mut density) = (0.0, 0.0);
+        // Most directions are far from the peak of a narrow lobe.
+        if d > 0.0 {
+            let reflectance = fresnel::dielectric(min(wo.dot(m), 1.0), self.eta).reflectance;
+            (value, density) = (reflectance * (d * view.masking * self.facets.g1(wi, m)), d * view.density);
+        }
         if let Some(several) = &self.several {
-            let (often, (more, spread)) = (several.often(wo.z), several.eval_pdf(wo, wi));
+            let (more, spread) = several.eval_pdf(wo, wi);
             value += more;
             density = (1.0 - often) * density + often * spread;
         }
@@ -246,8 +286,10 @@ struct Rule<'a> {
     facets: &'a Microfacets,
     /// Numbers along the plane of view, and their weights.
     along: Vec<(f64, f64)>,
-    /// What lies across that plane, on one side, and its weights.
-    across: Vec<(f32, f64)>,
+    /// What lies across that plane, on one side, ...
+    across: Vec<f32>,
+    /// ... and its weights.
+    weights: Vec<f64>,
 }
 
 impl<'a> Rule<'a> {
@@ -257,22 +299,39 @@ impl<'a> Rule<'a> {
         const WITH_KINK: usize = 128;
         let along = gauss_legendre(if eta > 1.0 { SMOOTH } else { WITH_KINK });
         let half = &along[..along.len() / 2];
-        let across = half.iter().map(|&(y, w)| (facets.across(y as f32), w)).collect();
-        Self { facets, along, across }
+        let (across, weights) = half.iter().map(|&(y, w)| (facets.across(y as f32), w)).unzip();
+        Self { facets, along, across, weights }
     }
 
     /// The mean of `f` over the microfacets that are seen from `wo`, in the plane of z and x.
-    fn mean(&self, wo: Vec3, f: impl Fn(Vec3) -> f32) -> f64 {
-        let line = |x: f64| {
-            let normal = self.facets.visible_line(wo, x as f32);
-            self.across.iter().map(|&(y, w)| w * f64::from(f(normal(y)))).sum::<f64>()
-        };
-        // Either side of that plane has as much.
-        self.along.iter().map(|&(x, w)| 2.0 * w * line(x)).sum()
+    fn mean(&self, wo: Vec3, f: impl Fn(&Microfacets, Vec3) -> f32) -> f64 {
+        // Which it is the compiler must know, so that it can take several nodes at a time.
+        match self.facets.distribution() {
+            Distribution::Beckmann => self.mean_over(&self.facets.of_shape(Distribution::Beckmann), wo, f),
+            Distribution::Ggx => self.mean_over(&self.facets.of_shape(Distribution::Ggx), wo, f),
+        }
+    }
+
+    /// The same over these microfacets.
+    #[inline(always)]
+    fn mean_over(&self, facets: &Microfacets, wo: Vec3, f: impl Fn(&Microfacets, Vec3) -> f32) -> f64 {
+        let mut values = vec![0.0; self.across.len()];
+        let mut mean = 0.0;
+        for &(x, weight) in &self.along {
+            let normal = facets.visible_line(wo, x as f32);
+            for (value, y) in values.iter_mut().zip(&self.across) {
+                *value = f(facets, normal(*y));
+            }
+            let sum: f64 = values.iter().zip(&self.weights).map(|(value, weight)| weight * f64::from(*value)).sum();
+            // Either side of that plane has as much.
+            mean += 2.0 * weight * sum;
+        }
+        mean
     }
 }
 
 /// Which part of the light that meets the microfacets `m` from `wo` leaves them below.
+#[inline(always)]
 fn refracted(facets: &Microfacets, wo: Vec3, eta: f32, m: Vec3) -> f32 {
     let cos_o = min(wo.dot(m), 1.0);
     let interface = fresnel::dielectric(cos_o, eta);
@@ -281,6 +340,7 @@ fn refracted(facets: &Microfacets, wo: Vec3, eta: f32, m: Vec3) -> f32 {
 }
 
 /// Which part of the light that meets the microfacets `m` from `wo` leaves them above.
+#[inline(always)]
 fn reflected(facets: &Microfacets, wo: Vec3, eta: f32, m: Vec3) -> f32 {
     let cos_o = min(wo.dot(m), 1.0);
     let wi = 2.0 * cos_o * m - wo;

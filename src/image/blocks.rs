@@ -34,6 +34,12 @@ impl Blocks {
         Self { across, blocks }
     }
 
+    /// [`Self::pixel`] for the columns `x` of the row `y[0]`, and of the row `y[1]`.
+    #[inline(always)]
+    pub(super) fn four(&self, x: [u32; 2], y: [u32; 2]) -> [[[u8; 4]; 2]; 2] {
+        [[self.pixel(x[0], y[0]), self.pixel(x[1], y[0])], [self.pixel(x[0], y[1]), self.pixel(x[1], y[1])]]
+    }
+
     /// Red, green, blue and opacity of the pixel in column `x` of row `y`.
     #[inline(always)]
     pub(super) fn pixel(&self, x: u32, y: u32) -> [u8; 4] {

@@ -200,17 +200,23 @@ impl Raster {
     /// The linear colours of the pixels in the columns `x` of the row `y[0]`, and of those in the row `y[1]`.
     #[inline]
     pub fn four(&self, x: [u32; 2], y: [u32; 2]) -> [[Rgb; 2]; 2] {
-        if let Samples::Blocks(blocks) = &self.samples {
-            // All pixels before any colour: they may be far away.
-            let pixels = [
-                [blocks.pixel(x[0], y[0]), blocks.pixel(x[1], y[0])],
-                [blocks.pixel(x[0], y[1]), blocks.pixel(x[1], y[1])],
-            ];
-            let colour = |pixel| Rgb(self.colour_of.colour(pixel));
-            let [[a, b], [c, d]] = pixels;
-            return [[colour(a), colour(b)], [colour(c), colour(d)]];
+        if let Some(pixels) = self.four_coded(x, y) {
+            return self.decode_four(pixels);
         }
         [[self.colour(x[0], y[0]), self.colour(x[1], y[0])], [self.colour(x[0], y[1]), self.colour(x[1], y[1])]]
+    }
+
+    /// The same before they are decoded, of pictures that lie in blocks: all pixels before any colour, as they may be far away.
+    #[inline]
+    pub fn four_coded(&self, x: [u32; 2], y: [u32; 2]) -> Option<[[[u8; 4]; 2]; 2]> {
+        if let Samples::Blocks(blocks) = &self.samples { Some(blocks.four(x, y)) } else { None }
+    }
+
+    /// What [`Self::four`] makes of [`Self::four_coded`].
+    #[inline]
+    pub fn decode_four(&self, [[a, b], [c, d]]: [[[u8; 4]; 2]; 2]) -> [[Rgb; 2]; 2] {
+        let colour = |pixel| Rgb(self.colour_of.colour(pixel));
+        [[colour(a), colour(b)], [colour(c), colour(d)]]
     }
 
     /// Its opacity: 1 where the picture does not say.

@@ -19,6 +19,7 @@ use super::technique::Technique;
 use super::variant::Variant;
 use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
+use crate::bsdf::Seen;
 use crate::facts::{Feature, has};
 use crate::light::{End, Light, LightSample, Receiver, TOGETHER};
 use crate::material::{Layer, Scatter};
@@ -119,7 +120,7 @@ impl Walker<'_> {
             false => Some((0, 1.0)),
         };
         if let Some(chosen) = chosen
-            && let Some(candidate) = self.candidate::<T>(path, (surface, n), chosen, 1.0, u)
+            && let Some(candidate) = self.candidate::<T>(path, (surface, n, None), chosen, 1.0, u)
         {
             self.look_for::<T>((path, hit, id), surface, &candidate, shadows, record);
         }
@@ -144,6 +145,7 @@ impl Walker<'_> {
             #[inline(always)]
             || {
                 let n = receiving_normal::<T>(surface);
+                let seen = surface.bsdf.look_from(surface.frame.to_local(surface.wo));
                 let lights = self.scene.light_sampler.at(|| Receiver { p: surface.p().as_vec3(), n });
                 let uniforms = (index * count..(index + 1) * count).map(|i| numbers.light(i));
                 if Feature::Environment.is_built()
@@ -157,7 +159,7 @@ impl Walker<'_> {
                         points.iter_mut().zip(uniforms.by_ref()).for_each(|(point, u)| *point = u.point());
                         light.sample_all(n, &points[..some], T::COMBINES, &mut samples);
                         for sample in samples[..some].iter().flatten() {
-                            candidates.extend(self.weigh::<T>(from.0, surface, sample, count as f32));
+                            candidates.extend(self.weigh::<T>(from.0, (surface, Some(&seen)), sample, count as f32));
                         }
                         left -= some;
                     }
@@ -165,7 +167,8 @@ impl Walker<'_> {
                 }
                 for u in uniforms {
                     if let Some(chosen) = lights.sample(|| u.choice()) {
-                        candidates.extend(self.candidate::<T>(from.0, (surface, n), chosen, count as f32, u));
+                        let surface = (surface, n, Some(&seen));
+                        candidates.extend(self.candidate::<T>(from.0, surface, chosen, count as f32, u));
                     }
                 }
             },
@@ -194,18 +197,18 @@ impl Walker<'_> {
     }
 
     /// A sample of the light that was chosen, one of `samples`; its index and the probability of choosing it. `n` is what
-    /// [`receiving_normal`] says.
+    /// [`receiving_normal`] says, and `seen` what the bsdf knows of the viewer, if it was asked.
     #[inline(always)]
     fn candidate<T: Technique>(
         &self,
         path: &PathState,
-        (surface, n): (&Surface<'_>, Vec3),
+        (surface, n, seen): (&Surface<'_>, Vec3, Option<&Seen>),
         (index, pmf): (usize, f32),
         samples: f32,
         u: LightUniforms,
     ) -> Option<Candidate> {
         let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), n, u.point(), T::COMBINES)?;
-        self.weigh::<T>(path, surface, &sample, pmf * samples)
+        self.weigh::<T>(path, (surface, seen), &sample, pmf * samples)
     }
 
     /// A light sample with what it adds if nothing hides it; `pmf` is the number of samples times the probability of choosing
@@ -214,12 +217,15 @@ impl Walker<'_> {
     fn weigh<T: Technique>(
         &self,
         path: &PathState,
-        surface: &Surface<'_>,
+        (surface, seen): (&Surface<'_>, Option<&Seen>),
         sample: &LightSample,
         pmf: f32,
     ) -> Option<Candidate> {
-        let wo = surface.frame.to_local(surface.wo);
-        let (f, bsdf_pdf) = surface.bsdf.eval_pdf(wo, surface.frame.to_local(sample.wi));
+        let (wo, wi) = (surface.frame.to_local(surface.wo), surface.frame.to_local(sample.wi));
+        let (f, bsdf_pdf) = match seen {
+            Some(seen) => surface.bsdf.eval_pdf_seen(seen, wo, wi),
+            None => surface.bsdf.eval_pdf(wo, wi),
+        };
         if f.is_black() {
             return None;
         }

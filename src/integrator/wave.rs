@@ -27,7 +27,7 @@ use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
 use crate::sampler::{Batch, BsdfUniforms, Sampler};
 use crate::sampling::pdf::SolidAnglePdf;
-use crate::scene::{AHEAD, Ahead, Met, Scene, Surface};
+use crate::scene::{AHEAD, Ahead, LookedAt, Scene, Surface};
 use crate::shape::offset::SurfacePoint;
 use crate::spectrum::Rgb;
 use fearless_simd::{Level, Simd};
@@ -352,7 +352,7 @@ impl Walker<'_> {
         &'s self,
         path: &mut PathState,
         hit: Hit,
-        met: Option<&Met>,
+        met: Option<LookedAt<'_>>,
         layers: &'s mut Vec<Layer>,
     ) -> Surface<'s> {
         path.scattered |= matches!(path.segment, Segment::Smooth { .. });

@@ -204,6 +204,8 @@ struct Importances<'a> {
 
 /// What the lights that are at some distance send.
 enum Sent<'a> {
+    /// There are none.
+    Nothing,
     /// Those of a list that fits into one vector.
     Few(&'a [u32], Weights<LANES>),
     /// Those of a list.
@@ -216,6 +218,7 @@ impl<'a> Importances<'a> {
     #[inline(always)]
     fn new(choice: &'a Choice, at: &Receiver) -> Self {
         let (finite, sum) = match &choice.finite {
+            Finite::List(list, _) if list.is_empty() => (Sent::Nothing, 0.0),
             Finite::List(list, beams) if beams.len() <= 1 => {
                 let weights =
                     Weights::new(beams.first().map_or([0.0; LANES], |beams| beams.importances(choice.level, at)));
@@ -235,7 +238,11 @@ impl<'a> Importances<'a> {
                 (Sent::Tree(tree, tree.first(at)), sum)
             }
         };
-        let infinite = choice.infinite.iter().map(|light| light.importance(at)).sum();
+        // A loop: an iterator's sum is a function of its own.
+        let mut infinite = 0.0;
+        for light in &choice.infinite {
+            infinite += light.importance(at);
+        }
         Self { choice, at: *at, share: share(infinite, sum), infinite, finite }
     }
 
@@ -248,6 +255,7 @@ impl<'a> Importances<'a> {
         let rest = 1.0 - share;
         let u = if share > 0.0 { (u - share) / rest } else { u };
         let (light, p) = match &self.finite {
+            Sent::Nothing => return None,
             Sent::Few(list, weights) => weights.choose(u).map(|(i, p, _)| (list[i] as usize, p))?,
             Sent::List(list, weights) => weights.choose(u).map(|(i, p, _)| (list[i] as usize, p))?,
             Sent::Tree(tree, first) => tree.sample(&self.at, first, u)?,
@@ -255,10 +263,22 @@ impl<'a> Importances<'a> {
         Some((light, (rest * p) as f32))
     }
 
+    /// The light in whose part of the sum of weights the number is; the last of any weight where rounding has put that behind all.
     #[inline(never)]
     fn sample_infinite(&self, share: f64, u: f64) -> Option<(usize, f32)> {
-        let weights = self.choice.infinite.iter().map(|light| (light.light, light.importance(&self.at)));
-        pick(weights, u / share * self.infinite).map(|(light, w)| (light, (share * (w / self.infinite)) as f32))
+        let mut x = u / share * self.infinite;
+        let mut last = None;
+        for light in &self.choice.infinite {
+            let weight = light.importance(&self.at);
+            if weight > 0.0 {
+                last = Some((light.light as usize, weight));
+                if x < weight {
+                    break;
+                }
+                x -= weight;
+            }
+        }
+        last.map(|(light, w)| (light, (share * (w / self.infinite)) as f32))
     }
 
     #[inline(always)]
@@ -271,6 +291,7 @@ impl<'a> Importances<'a> {
         }
         let place = |list: &[u32]| list.iter().position(|index| *index as usize == light);
         let part = match &self.finite {
+            Sent::Nothing => 0.0,
             Sent::Few(list, weights) => place(list).map_or(0.0, |index| weights.pmf(index)),
             Sent::List(list, weights) => place(list).map_or(0.0, |index| weights.pmf(index)),
             Sent::Tree(tree, first) => tree.pmf(&self.at, first, light),
@@ -291,6 +312,7 @@ fn share(infinite: f64, finite: f64) -> Option<f64> {
 }
 
 impl Infinite {
+    #[inline(always)]
     fn importance(&self, at: &Receiver) -> f64 {
         let cos = if self.wi == Vec3::ZERO || at.n == Vec3::ZERO { 1.0 } else { at.n.dot(self.wi) };
         if cos < -SLACK { 0.0 } else { f64::from(min(self.power * max(cos, SLACK), Reach::MOST)) }
@@ -300,20 +322,6 @@ impl Infinite {
 /// In f64, where the luminance of no colour vanishes.
 fn weigh(colour: Rgb) -> f64 {
     colour.to_array().iter().zip(Rgb::LUMINANCE).map(|(c, weight)| f64::from(*c) * f64::from(weight)).sum()
-}
-
-/// The light in whose part of the sum of weights `x` is, and its weight; the last of any weight where rounding has put `x`
-/// behind all.
-fn pick(weights: impl Iterator<Item = (u32, f64)>, mut x: f64) -> Option<(usize, f64)> {
-    let mut last = None;
-    for (light, weight) in weights.filter(|(_, weight)| *weight > 0.0) {
-        last = Some((light as usize, weight));
-        if x < weight {
-            break;
-        }
-        x -= weight;
-    }
-    last
 }
 
 #[cfg(test)]

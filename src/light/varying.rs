@@ -173,7 +173,7 @@ impl VaryingLight {
             corners,
             weights,
         });
-        slide.at(&TexturePoint { uv: at.uv, mesh })
+        slide.at(&TexturePoint { uv: at.uv, mesh, ahead: &[] })
     }
 }
 

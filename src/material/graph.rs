@@ -6,7 +6,7 @@ use crate::facts::{Feature, has};
 use crate::math::float::{max, min, sqr};
 use crate::math::frame::Frame;
 use crate::spectrum::Rgb;
-use crate::texture::{Pixel, TexturePoint, Textures};
+use crate::texture::{Lookup, TexturePoint, Textures};
 use glam::{Vec2, Vec3};
 
 /// How bsdfs are combined. A node refers only to those before it; the last one is the material.
@@ -159,11 +159,11 @@ impl Graph {
         Self { nodes, textures }
     }
 
-    /// Adds the pixels that [`Self::resolve`] will read at a point.
+    /// Adds the lookups that [`Self::resolve`] will make at a point.
     #[inline]
-    pub fn find_pixels(&self, textures: &Textures, point: &TexturePoint<'_>, pixels: &mut Vec<Pixel>) {
+    pub fn find_lookups(&self, textures: &Textures, point: &TexturePoint<'_>, lookups: &mut Vec<Lookup>) {
         for &index in &self.textures {
-            textures.find_pixels(index, point, pixels);
+            textures.find_lookup(index, point, lookups);
         }
     }
 
@@ -259,20 +259,23 @@ impl Resolver<'_> {
     ) {
         let coated = matches!(bsdf, Bsdf::Gltf(_)) && (perturbation.is_some() || coat_normal.is_some());
         let coat = coated.then(|| self.coat(coat_normal, perturbation.as_ref()));
-        // Changed where it is to stay: it is large.
-        self.layers.push(Layer { weight, chance: weight, bsdf: bsdf.clone(), perturbation });
-        let Some(Layer { bsdf, perturbation, .. }) = self.layers.last_mut() else { return };
-        for &(parameter, texture) in varying {
-            let value = match parameter.is_colour() {
-                true => self.textures.colour(texture, &self.place.point),
-                false => Rgb::splat(self.textures.number(texture, &self.place.point)),
-            };
-            bsdf.set(parameter, value);
-        }
-        if let (Bsdf::Gltf(gltf), Some(n)) = (&mut *bsdf, coat) {
-            gltf.set_coat_normal(n);
-        }
-        bsdf.look_from(own(perturbation.as_ref(), self.place.wo));
+        let (textures, place) = (self.textures, self.place);
+        let numbers = varying.iter().map(|&(parameter, texture)| match parameter.is_colour() {
+            true => (parameter, textures.colour(texture, &place.point)),
+            false => (parameter, Rgb::splat(textures.number(texture, &place.point))),
+        });
+        let layers = &mut *self.layers;
+        bsdf.varied(
+            numbers,
+            own(perturbation.as_ref(), place.wo),
+            #[inline(always)]
+            |mut bsdf| {
+                if let (Bsdf::Gltf(gltf), Some(n)) = (&mut bsdf, coat) {
+                    gltf.set_coat_normal(n);
+                }
+                layers.push(Layer { weight, chance: weight, bsdf, perturbation });
+            },
+        );
     }
 
     /// The normal of a coat in its layer's frame: it follows the surface or a map of its own, not the base's normal.

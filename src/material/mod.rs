@@ -10,7 +10,7 @@ mod layer;
 pub use graph::{Graph, Node, NormalSource, Number, Place, Terminator};
 pub use layer::{Layer, Perturbation};
 
-use crate::bsdf::{Bsdf, BsdfSample, Lobes};
+use crate::bsdf::{Bsdf, BsdfSample, Lobes, Seen};
 use crate::facts::{Feature, has};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -105,6 +105,24 @@ impl Scatter<'_> {
         match self {
             Self::One(bsdf) => bsdf.eval_pdf(wo, wi),
             Self::Layers(layers) => layer::eval_pdf(layers, &wo, &wi),
+        }
+    }
+
+    /// See [`Bsdf::look_from`].
+    #[inline(always)]
+    pub fn look_from(&self, wo: Vec3) -> Seen {
+        match self {
+            Self::One(bsdf) => bsdf.look_from(&wo),
+            Self::Layers(_) => Seen::Any,
+        }
+    }
+
+    /// See [`Bsdf::eval_pdf_seen`].
+    #[inline(always)]
+    pub fn eval_pdf_seen(&self, seen: &Seen, wo: Vec3, wi: Vec3) -> (Rgb, SolidAnglePdf) {
+        match self {
+            Self::One(bsdf) => bsdf.eval_pdf_seen(seen, wo, wi),
+            Self::Layers(_) => self.eval_pdf(wo, wi),
         }
     }
 

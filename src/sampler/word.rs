@@ -29,8 +29,6 @@ pub(super) trait Word: Copy {
     fn left(self, n: u32) -> Self;
     /// x >> n.
     fn right(self, n: u32) -> Self;
-    /// x ⊕ c where bit `bit` of `of` is set, else x.
-    fn xor_where(self, of: Self, bit: u32, c: u32) -> Self;
     /// x where bit `bit` of `of` is set, else 0.
     fn where_bit(self, of: Self, bit: u32) -> Self;
 
@@ -99,10 +97,6 @@ impl Word for u32 {
         self >> n
     }
     #[inline(always)]
-    fn xor_where(self, of: Self, bit: u32, c: u32) -> Self {
-        self ^ (c & (of >> bit & 1).wrapping_neg())
-    }
-    #[inline(always)]
     fn where_bit(self, of: Self, bit: u32) -> Self {
         self & (of >> bit & 1).wrapping_neg()
     }
@@ -152,10 +146,6 @@ impl<S: Simd> Word for u32x16<S> {
     #[inline(always)]
     fn right(self, n: u32) -> Self {
         self >> n
-    }
-    #[inline(always)]
-    fn xor_where(self, of: Self, bit: u32, c: u32) -> Self {
-        (of & (1 << bit)).simd_eq(0).select(self, self ^ c)
     }
     #[inline(always)]
     fn where_bit(self, of: Self, bit: u32) -> Self {

@@ -11,7 +11,7 @@
 //! [`super::sobol`], but their errors have nothing to do with each other.
 
 use super::hash::{keyed, mix32};
-use super::sobol::{PURPOSE_SCRAMBLE, PURPOSE_SHUFFLE, laine_karras, reversed_product};
+use super::sobol::{PURPOSE_SCRAMBLE, PURPOSE_SHUFFLE, laine_karras, reversed_point};
 use super::word::{GOLDEN, Word};
 
 /// Levels of the curve. Reason: errors are independent of each other only at distances of 32 pixels and more, where nobody looks
@@ -48,11 +48,8 @@ fn spread(v: u32) -> u32 {
 pub(super) struct ZSobolSet<W> {
     key: [W; 2],
     set: u32,
-    log_samples: u32,
-    /// The shuffled number of the sample within its pixel, bit-reversed.
-    sample: W,
-    /// The shuffled number of the pixel within its block.
-    place: W,
+    /// The shuffled number of the pixel within its block, and below it that of the sample within its pixel.
+    index: W,
 }
 
 impl<W: Word> ZSobolSet<W> {
@@ -64,16 +61,14 @@ impl<W: Word> ZSobolSet<W> {
         let seed = mix32(keyed(key, set, PURPOSE_SHUFFLE).plus(place.scaled(GOLDEN)));
         let mask = (1 << log_samples) - 1;
         let sample = laine_karras(index.and(mask).reversed().right(31 - log_samples).right(1), seed).and(mask);
-        Self { key, set, log_samples, sample, place }
+        let sample = sample.reversed().right(31 - log_samples).right(1);
+        Self { key, set, index: sample.xor(place.left(log_samples)) }
     }
 
     /// The bits of number `d` of the set.
     #[inline(always)]
     pub(super) fn bits(&self, d: usize) -> W {
-        let zero = self.place.and(0);
-        let m = self.log_samples;
-        let point = reversed_product(zero, self.sample, m, |bit| m - 1 - bit, d);
-        let point = reversed_product(point, self.place, 2 * LEVELS, |bit| m + bit, d);
+        let point = reversed_point(self.index, true, d);
         laine_karras(point, keyed(self.key, self.set, PURPOSE_SCRAMBLE + d as u32)).reversed()
     }
 }

@@ -13,7 +13,7 @@ use crate::math::ray::Ray;
 use crate::shape::Shape;
 use crate::shape::surface::ShapePoint;
 use crate::shape::uv::UvPoint;
-use crate::texture::Pixel;
+use crate::texture::Lookup;
 use std::hint::black_box;
 
 /// How many hits are looked at together: some ten lines of a cache each, which the first cache still holds when it is their
@@ -22,24 +22,34 @@ pub const AHEAD: usize = 32;
 
 /// Where a ray meets a surface whose material is worked out at each point.
 #[derive(Clone, Copy, Debug)]
-pub struct Met {
+pub(super) struct Met {
     pub(super) shape: ShapePoint,
     pub(super) at: UvPoint,
+    /// The first of its lookups among those of all, and the first of the next one's.
+    lookups: (u32, u32),
+}
+
+/// A point that was looked at ahead, and the lookups in textures there.
+#[derive(Clone, Copy, Debug)]
+pub struct LookedAt<'a> {
+    pub(super) met: &'a Met,
+    pub(super) lookups: &'a [Lookup],
 }
 
 /// What looking ahead found.
 #[derive(Debug, Default)]
 pub struct Ahead {
     met: Vec<Option<Met>>,
-    /// Pixels that lookups there will read.
-    pixels: Vec<Pixel>,
+    /// Lookups of all, one after the other.
+    lookups: Vec<Lookup>,
 }
 
 impl Ahead {
     /// Where hit number `index` of those looked at is, unless its material is the same everywhere.
     #[inline]
-    pub fn met(&self, index: usize) -> Option<&Met> {
-        self.met.get(index)?.as_ref()
+    pub fn met(&self, index: usize) -> Option<LookedAt<'_>> {
+        let met = self.met.get(index)?.as_ref()?;
+        Some(LookedAt { met, lookups: &self.lookups[met.lookups.0 as usize..met.lookups.1 as usize] })
     }
 }
 
@@ -52,7 +62,7 @@ impl Scene {
     /// Looks at what the rays `ray(0)`, `ray(1)`, … meet, in place of what `ahead` holds.
     #[inline(never)]
     pub fn look_ahead<'r>(&self, hits: &[Hit], ray: impl Fn(usize) -> &'r Ray, ahead: &mut Ahead) {
-        let Ahead { met, pixels } = ahead;
+        let Ahead { met, lookups } = ahead;
         // What is read is not wanted, but to have been read.
         let mut bits = 0;
         for hit in hits {
@@ -69,16 +79,17 @@ impl Scene {
             }
         }
         met.clear();
-        pixels.clear();
+        lookups.clear();
         met.extend(hits.iter().enumerate().map(|(i, hit)| {
             let appearance = self.appearances.get(hit.shape as usize)?;
             let Material::Varying(graph) = &self.materials[appearance.material as usize] else { return None };
             let met = self.meet(ray(i), *hit);
-            graph.find_pixels(&self.textures, &self.texture_point(*appearance, hit.primitive, &met.at), pixels);
-            Some(met)
+            let start = lookups.len() as u32;
+            graph.find_lookups(&self.textures, &self.texture_point(*appearance, hit.primitive, &met.at, &[]), lookups);
+            Some(Met { lookups: (start, lookups.len() as u32), ..met })
         }));
-        for pixel in pixels {
-            bits ^= self.textures.touch(pixel);
+        for lookup in lookups {
+            bits ^= self.textures.read(lookup);
         }
         black_box(bits);
     }
@@ -101,6 +112,6 @@ impl Scene {
             }
             None => UvPoint::default(),
         };
-        Met { shape: point, at }
+        Met { shape: point, at, lookups: (0, 0) }
     }
 }

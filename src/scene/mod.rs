@@ -14,7 +14,7 @@ pub mod predict;
 mod space;
 mod surface;
 
-pub use ahead::{AHEAD, Ahead, Met};
+pub use ahead::{AHEAD, Ahead, LookedAt};
 pub use features::Features;
 pub use surface::Surface;
 
@@ -32,7 +32,8 @@ use crate::shape::surface::ShapePoint;
 use crate::shape::tangent::TangentField;
 use crate::shape::uv::{UvField, UvPoint};
 use crate::spectrum::Rgb;
-use crate::texture::{MeshPoint, MeshValues, TexturePoint, Textures};
+use crate::texture::{Lookup, MeshPoint, MeshValues, TexturePoint, Textures};
+use ahead::Met;
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -130,7 +131,7 @@ impl Scene {
         &'a self,
         ray: &Ray,
         hit: Hit,
-        met: impl FnOnce() -> Option<&'m Met>,
+        met: impl FnOnce() -> Option<LookedAt<'m>>,
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
         self.surface_of(&self.materials, (ray, hit), met, layers)
@@ -142,7 +143,7 @@ impl Scene {
         &'a self,
         ray: &Ray,
         hit: Hit,
-        met: Option<&Met>,
+        met: Option<LookedAt<'_>>,
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
         self.surface_of(&self.rougher, (ray, hit), || met, layers)
@@ -154,7 +155,7 @@ impl Scene {
         &'a self,
         materials: &'a [Material],
         (ray, hit): (&Ray, Hit),
-        met: impl FnOnce() -> Option<&'m Met>,
+        met: impl FnOnce() -> Option<LookedAt<'m>>,
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
         let appearance = self.appearances[hit.shape as usize];
@@ -201,19 +202,20 @@ impl Scene {
         &'a self,
         ray: &Ray,
         hit: Hit,
-        met: Option<&Met>,
+        met: Option<LookedAt<'_>>,
         graph: &Graph,
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
         let appearance = self.appearances[hit.shape as usize];
         let own;
-        let Met { shape: ShapePoint { point, shading_normal }, at } = match met {
-            Some(met) => met,
+        let (met, lookups) = match met {
+            Some(LookedAt { met, lookups }) => (met, lookups),
             None => {
                 own = self.meet(ray, hit);
-                &own
+                (&own, &[][..])
             }
         };
+        let Met { shape: ShapePoint { point, shading_normal }, at, .. } = met;
         let frame = match appearance.tangents {
             _ if appearance.along_uvs => Frame::from_tangent(*shading_normal, at.tangent),
             Some(field) => self.anisotropic_frame(field, hit.primitive, *shading_normal, *point),
@@ -222,7 +224,7 @@ impl Scene {
         // Without tangents nothing asks how the surface moves with its texture coordinates.
         let dp = if appearance.along_uvs { [frame.to_local(at.dp[0]), frame.to_local(at.dp[1])] } else { at.dp };
         let place = Place {
-            point: self.texture_point(appearance, hit.primitive, at),
+            point: self.texture_point(appearance, hit.primitive, at, lookups),
             wo: frame.to_local(-ray.d),
             dp,
             mirrored: at.mirrored,
@@ -235,15 +237,21 @@ impl Scene {
         Surface { point: *point, frame, wo: -ray.d, bsdf, light: appearance.light }
     }
 
-    /// Where textures are asked, at a point with these texture coordinates.
-    fn texture_point(&self, appearance: Appearance, primitive: u32, at: &UvPoint) -> TexturePoint<'_> {
+    /// Where textures are asked, at a point with these texture coordinates, where these lookups were found ahead.
+    fn texture_point<'a>(
+        &'a self,
+        appearance: Appearance,
+        primitive: u32,
+        at: &UvPoint,
+        ahead: &'a [Lookup],
+    ) -> TexturePoint<'a> {
         let mesh = appearance.values.zip(at.corners).map(|(values, (corners, weights))| MeshPoint {
             values: &self.mesh_values[values as usize],
             face: primitive,
             corners,
             weights,
         });
-        TexturePoint { uv: at.uv, mesh }
+        TexturePoint { uv: at.uv, mesh, ahead }
     }
 
     /// The frame of the shading normal `n` along the tangents of a shape. Not inlined, and given copies: most scenes have

@@ -60,10 +60,11 @@ pub struct Bitmap {
 }
 
 /// The four pixels around a point, and where it lies between them.
-struct Cell {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
     /// Columns and rows of the pixels before and after it.
-    x: [u32; 2],
-    y: [u32; 2],
+    pub(super) x: [u32; 2],
+    pub(super) y: [u32; 2],
     /// Distance from the pixels before it, in pixels.
     between: Vec2,
 }
@@ -76,9 +77,19 @@ impl Bitmap {
             return self.image.colour(x, y);
         }
         let Cell { x, y, between } = self.cell(uv);
-        let [above, below] = self.image.four(x, y);
-        let [above, below] = [across(above, between.x), across(below, between.x)];
-        across([above, below], between.y)
+        mix(self.image.four(x, y), between)
+    }
+
+    /// What [`Self::colour`] reads of a picture in blocks, which is still to be decoded; `None` of another, or if it is one pixel.
+    #[inline]
+    pub(super) fn read(&self, cell: &Cell) -> Option<[[[u8; 4]; 2]; 2]> {
+        if self.bilinear { self.image.four_coded(cell.x, cell.y) } else { None }
+    }
+
+    /// What [`Self::colour`] makes of that.
+    #[inline]
+    pub(super) fn colour_of(&self, pixels: [[[u8; 4]; 2]; 2], cell: &Cell) -> Rgb {
+        mix(self.image.decode_four(pixels), cell.between)
     }
 
     /// Opacity at `uv`.
@@ -104,13 +115,6 @@ impl Bitmap {
         Vec2::new(mix(f10 - f00, f11 - f01, between.y), mix(f01 - f00, f11 - f10, between.x)) * self.size()
     }
 
-    /// Two of the four pixels that a lookup at `uv` reads, by column and row: if they lie in blocks, mostly in all of those.
-    #[inline]
-    pub(super) fn corners(&self, uv: Vec2) -> [[u32; 2]; 2] {
-        let Cell { x, y, .. } = self.cell(uv);
-        [[x[0], y[0]], [x[1], y[1]]]
-    }
-
     #[inline]
     fn size(&self) -> Vec2 {
         Vec2::new(self.image.width() as f32, self.image.height() as f32)
@@ -123,8 +127,9 @@ impl Bitmap {
         [column(at.x, self.wrap[0], self.image.width()), column(at.y, self.wrap[1], self.image.height())]
     }
 
+    /// The pixels that an interpolating lookup at `uv` reads.
     #[inline]
-    fn cell(&self, uv: Vec2) -> Cell {
+    pub(super) fn cell(&self, uv: Vec2) -> Cell {
         let at = uv * self.size() - 0.5;
         let ((i, s), (j, t)) = (split(at.x), split(at.y));
         Cell {
@@ -142,6 +147,13 @@ fn split(at: f32) -> (i32, f32) {
     let towards_zero = at as i32;
     let below = if at < towards_zero as f32 { towards_zero.saturating_sub(1) } else { towards_zero };
     (below, min(max(at - below as f32, 0.0), 1.0))
+}
+
+/// Between the colours of four pixels.
+#[inline]
+fn mix([above, below]: [[Rgb; 2]; 2], between: Vec2) -> Rgb {
+    let [above, below] = [across(above, between.x), across(below, between.x)];
+    across([above, below], between.y)
 }
 
 /// Between two colours, `t` of the way.

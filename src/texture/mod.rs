@@ -8,6 +8,7 @@ pub use bitmap::{Bitmap, Wrap};
 pub use mesh::{Attribute, MeshPoint, MeshValues};
 
 use crate::spectrum::Rgb;
+use bitmap::Cell;
 use glam::{Affine2, Vec2, Vec4};
 
 /// Where a texture is asked.
@@ -17,12 +18,14 @@ pub struct TexturePoint<'a> {
     pub uv: Vec2,
     /// Where on its mesh, if that gives more than those.
     pub mesh: Option<MeshPoint<'a>>,
+    /// Lookups of some of its textures there that have been found ahead.
+    pub ahead: &'a [Lookup],
 }
 
 impl TexturePoint<'_> {
     /// A point of a surface that gives no more than texture coordinates.
     pub fn new(uv: Vec2) -> Self {
-        Self { uv, mesh: None }
+        Self { uv, mesh: None, ahead: &[] }
     }
 }
 
@@ -100,12 +103,13 @@ pub enum Channel {
     Alpha,
 }
 
-/// A pixel of a texture that is a picture.
+/// A lookup in a texture that is a picture, before it is wanted.
 #[derive(Clone, Copy, Debug)]
-pub struct Pixel {
+pub struct Lookup {
     texture: u32,
-    /// Column and row.
-    at: [u32; 2],
+    cell: Cell,
+    /// What it reads, if that has been read and lies there.
+    pixels: Option<[[[u8; 4]; 2]; 2]>,
 }
 
 /// Every texture of a scene. A texture refers only to those before it.
@@ -133,7 +137,10 @@ impl Textures {
         let texture = &self.0[index as usize];
         match &texture.kind {
             TextureKind::Constant(colour) => *colour,
-            TextureKind::Bitmap(bitmap) => bitmap.colour(texture.uv(at)),
+            TextureKind::Bitmap(bitmap) => match at.ahead.iter().find(|lookup| lookup.texture == index) {
+                Some(Lookup { cell, pixels: Some(pixels), .. }) => bitmap.colour_of(*pixels, cell),
+                _ => bitmap.colour(texture.uv(at)),
+            },
             TextureKind::Checkerboard { colors } => {
                 // The colours' textures lie in the surface's coordinates, not in the squares'.
                 self.colour(colors[usize::from(is_odd_square(texture.uv(at)))], at)
@@ -191,23 +198,23 @@ impl Textures {
         }
     }
 
-    /// Adds the pixels that a lookup of texture `index` at a point reads; of a picture, not of what is made of some.
+    /// Adds the lookup of texture `index` at a point; of a picture, not of what is made of some.
     #[inline]
-    pub fn find_pixels(&self, index: u32, at: &TexturePoint<'_>, pixels: &mut Vec<Pixel>) {
+    pub fn find_lookup(&self, index: u32, at: &TexturePoint<'_>, lookups: &mut Vec<Lookup>) {
         let texture = &self.0[index as usize];
         if let TextureKind::Bitmap(bitmap) = &texture.kind {
-            let corners = bitmap.corners(texture.uv(at));
-            pixels.extend(corners.map(|at| Pixel { texture: index, at }));
+            lookups.push(Lookup { texture: index, cell: bitmap.cell(texture.uv(at)), pixels: None });
         }
     }
 
-    /// Some bits of the memory that a pixel is in.
+    /// Reads what a lookup does. Some bits of it, if that is not kept but only near now.
     #[inline]
-    pub fn touch(&self, pixel: &Pixel) -> u32 {
-        match &self.0[pixel.texture as usize].kind {
-            TextureKind::Bitmap(bitmap) => bitmap.image.touch(pixel.at[0], pixel.at[1]),
-            _ => 0,
-        }
+    pub fn read(&self, lookup: &mut Lookup) -> u32 {
+        let TextureKind::Bitmap(bitmap) = &self.0[lookup.texture as usize].kind else { return 0 };
+        lookup.pixels = bitmap.read(&lookup.cell);
+        let Cell { x, y, .. } = lookup.cell;
+        let touch = |i: usize| bitmap.image.touch(x[i], y[i]);
+        if lookup.pixels.is_some() { 0 } else { touch(0) ^ touch(1) }
     }
 
     /// How its luminance changes with the surface's texture coordinates: the gradient of the interpolated picture, and zero

@@ -124,6 +124,7 @@ fn meshes_give_colours_and_further_coordinates() {
     let point = |face| TexturePoint {
         uv: Vec2::ZERO,
         mesh: Some(MeshPoint { values: &values, face, corners: [0, 1, 2], weights: [0.5, 0.25, 0.25] }),
+        ahead: &[],
     };
     let attribute = |index| TextureKind::Attribute { index, scale: 2.0 };
     let alpha = TextureKind::Channel { of: 1, channel: Channel::Alpha };
