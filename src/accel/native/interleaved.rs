@@ -19,11 +19,14 @@ use super::triangles::{Best, Lanes, TriangleBlock, TriangleRay};
 use super::wide::{BLOCK, Node, Slab, WIDTH};
 use crate::accel::Hit;
 use crate::math::ray::Ray;
-use crate::shape::triangle::Meetings;
-use fearless_simd::x86::Avx2;
+use crate::shape::triangle::{FourTriangles, Meetings, ShearedRay, meet4_avx512};
+use fearless_simd::Level;
+use fearless_simd::prelude::*;
+use fearless_simd::x86::{Avx2, Avx512};
 use glam::Vec3;
 use std::arch::x86_64::*;
 use std::cell::RefCell;
+use std::hint::select_unpredictable;
 
 /// Rays under way: enough to hide the answers of a slow memory, few enough for their slots to stay in the first-level cache. Between 8
 /// and 16 there is no difference where trees fit into the last-level cache.
@@ -257,11 +260,10 @@ impl View<'_> {
     /// Asks memory for the four lines of a node, or the three of a block and the next.
     #[inline(always)]
     fn fetch(&self, child: u32) {
-        let place = if child & BLOCK == 0 {
-            self.nodes.as_ptr().wrapping_add(child as usize).cast::<i8>()
-        } else {
-            self.blocks.as_ptr().wrapping_add((child & !BLOCK) as usize).cast::<i8>()
-        };
+        let node = self.nodes.as_ptr().wrapping_add(child as usize).cast::<i8>();
+        let block = self.blocks.as_ptr().wrapping_add((child & !BLOCK) as usize).cast::<i8>();
+        // A branch would be guessed wrong every other time.
+        let place = select_unpredictable(child & BLOCK == 0, node, block);
         // SAFETY: to fetch touches nothing, wherever it is.
         unsafe {
             _mm_prefetch::<_MM_HINT_T0>(place);
@@ -272,17 +274,50 @@ impl View<'_> {
     }
 }
 
-/// Answers `query` for all `rays`, in any order. The tree is at most [`MAX_DEPTH`] deep.
-pub(super) fn trace<Q: Query>(_: Avx2, tree: View<'_>, rays: &[Ray], query: &mut Q) {
-    assert!(tree.depth <= MAX_DEPTH, "the stacks have no more room");
-    ROOM_OF_THREAD.with_borrow_mut(|room| {
-        // SAFETY: the token says that the processor has AVX2, and what comes with it.
-        unsafe { trace_in(room, tree, rays, query) };
-    });
+/// What the walk does with each set of instructions in its own way.
+trait Kernel: Simd {
+    /// [`ShearedRay::meet4`].
+    fn meet(self, ray: &ShearedRay, triangles: &FourTriangles) -> Meetings;
 }
 
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn trace_in<Q: Query>(room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut Q) {
+impl Kernel for Avx2 {
+    #[inline(always)]
+    fn meet(self, ray: &ShearedRay, triangles: &FourTriangles) -> Meetings {
+        ray.meet4(triangles)
+    }
+}
+
+impl Kernel for Avx512 {
+    #[inline(always)]
+    fn meet(self, ray: &ShearedRay, triangles: &FourTriangles) -> Meetings {
+        meet4_avx512(self, ray, triangles)
+    }
+}
+
+/// Answers `query` for all `rays`, in any order, if the instructions of `level` are enough for that; says whether they are.
+/// The tree is at most [`MAX_DEPTH`] deep.
+pub(super) fn trace<Q: Query>(level: Level, tree: View<'_>, rays: &[Ray], query: &mut Q) -> bool {
+    assert!(tree.depth <= MAX_DEPTH, "the stacks have no more room");
+    ROOM_OF_THREAD.with_borrow_mut(|room| {
+        if let Some(simd) = level.as_avx512() {
+            simd.vectorize(
+                #[inline(always)]
+                || trace_in(simd, room, tree, rays, query),
+            );
+        } else if let Some(simd) = level.as_avx2() {
+            simd.vectorize(
+                #[inline(always)]
+                || trace_in(simd, room, tree, rays, query),
+            );
+        } else {
+            return false;
+        }
+        true
+    })
+}
+
+#[inline(always)]
+fn trace_in<K: Kernel, Q: Query>(simd: K, room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut Q) {
     let mut next = 0;
     let mut wait = Waiting { stacks: 0, nodes: 0, leaves: 0 };
     let Room { slots, occluders } = room;
@@ -324,23 +359,25 @@ fn trace_in<Q: Query>(room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut
         for number in Bits(std::mem::take(&mut wait.nodes)) {
             slots[number].step::<Q>(tree, number, &mut wait);
         }
-        test_blocks::<Q>(slots, leaves, tree, occluders);
+        test_blocks::<K, Q>(simd, slots, leaves, tree, occluders);
         wait.stacks |= leaves;
     }
 }
 
 /// Tests the blocks that these rays have come to.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn test_blocks<Q: Query>(slots: &mut [Slot; SLOTS], leaves: u32, tree: View<'_>, occluders: &mut Occluders) {
+#[inline(always)]
+fn test_blocks<K: Kernel, Q: Query>(simd: K, slots: &mut [Slot; SLOTS], leaves: u32, tree: View<'_>, occluders: &mut Occluders) {
     // First whether triangles may be met, for all; then, of the few that may, how far away they are; then what is nearer.
     let (mut crossed, mut nearer) = (0, 0);
     for number in Bits(leaves) {
         let slot = &mut slots[number];
         let block = slot.next & !BLOCK;
-        slot.meetings = TriangleBlock::meetings(tree.blocks, block, &slot.ray);
-        // Nearly every ray that leaves a surface visits the block that it starts in: no use to find out how far that is.
-        slot.meetings.candidates &= !lanes_of::<Q>(&tree.blocks[block as usize], &slot.ray);
+        let block = &tree.blocks[block as usize];
+        slot.meetings = simd.meet(&slot.ray.sheared, block.rows());
+        // Nearly every ray that leaves a surface visits the block that it starts in: no use to find out how far that is. Only a
+        // ray that asks for any hit ends on something.
+        let ends = &slot.ray.ends;
+        slot.meetings.candidates &= if Q::ANY { block.others(simd, ends) } else { block.others(simd, &[ends[0]]) };
         crossed |= u32::from(slot.meetings.candidates != 0) << number;
     }
     for number in Bits(crossed) {
@@ -360,21 +397,6 @@ fn test_blocks<Q: Query>(slots: &mut [Slot; SLOTS], leaves: u32, tree: View<'_>,
             occluders.learn(slot.directions, slot.next);
         }
     }
-}
-
-/// The lanes of a block that hold what a ray starts or ends on, a bit each.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn lanes_of<Q: Query>(block: &TriangleBlock, ray: &TriangleRay) -> u32 {
-    let ids = bytemuck::cast::<_, [i64; 4]>(block.ids);
-    let ends = bytemuck::cast::<_, [i64; 2]>(ray.ends);
-    let ids = _mm256_set_epi64x(ids[3], ids[2], ids[1], ids[0]);
-    let mut own = _mm256_cmpeq_epi64(ids, _mm256_set1_epi64x(ends[0]));
-    // Only a ray that asks for any hit ends on something.
-    if Q::ANY {
-        own = _mm256_or_si256(own, _mm256_cmpeq_epi64(ids, _mm256_set1_epi64x(ends[1])));
-    }
-    _mm256_movemask_pd(_mm256_castsi256_pd(own)) as u32
 }
 
 /// The numbers of the bits that are set.
@@ -431,8 +453,7 @@ impl Slot {
     };
 
     /// Takes the next ray that needs an answer; false if there is none.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    #[inline(always)]
     fn start<Q: Query>(&mut self, tree: View<'_>, rays: &[Ray], next: &mut usize, query: &Q) -> bool {
         while *next < rays.len() && !query.wants(*next) {
             *next += 1;
@@ -452,8 +473,7 @@ impl Slot {
     }
 
     /// The last subtree on the stack that is not beyond what was found already.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    #[inline(always)]
     fn pop<Q: Query>(&mut self) -> u32 {
         if Q::ANY {
             self.top -= 1;
@@ -474,8 +494,7 @@ impl Slot {
     }
 
     /// Tests the boxes of a node; all children that are met but the nearest go onto the stack.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    #[inline(always)]
     fn step<Q: Query>(&mut self, tree: View<'_>, number: usize, wait: &mut Waiting) {
         let slot = self;
         // SAFETY: a reference without `BLOCK` is the index of a node; the places of planes are inside it; the stack has room
