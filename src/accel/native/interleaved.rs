@@ -30,7 +30,7 @@ use std::hint::select_unpredictable;
 
 /// Rays under way: enough to hide the answers of a slow memory, few enough for their slots to stay in the first-level cache. Between 8
 /// and 16 there is no difference where trees fit into the last-level cache.
-const SLOTS: usize = 16;
+const SLOTS: usize = 32;
 
 /// What stands at the bottom of a stack: no tree has so many nodes.
 const DONE: u32 = BLOCK - 1;
@@ -318,40 +318,45 @@ pub(super) fn trace<Q: Query>(level: Level, tree: View<'_>, rays: &[Ray], query:
 
 #[inline(always)]
 fn trace_in<K: Kernel, Q: Query>(simd: K, room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut Q) {
-    let mut next = 0;
-    let mut wait = Waiting { stacks: 0, nodes: 0, leaves: 0 };
     let Room { slots, occluders } = room;
     if occluders.count != tree.blocks.len() {
         *occluders = Occluders::none(tree.blocks.len());
     }
-    for (number, slot) in slots.iter_mut().enumerate() {
-        if slot.start(tree, rays, &mut next, query) {
-            wait.visit(tree, number, slot, tree.root);
-        }
-    }
+    let mut next = 0;
+    let mut wait = Waiting { stacks: 0, nodes: 0, leaves: 0 };
+    // At first, all slots wait for a ray, and have none that was answered.
+    let (mut done, mut begun) = (u32::MAX >> (u32::BITS - SLOTS as u32), false);
     loop {
         for number in Bits(std::mem::take(&mut wait.stacks)) {
+            let child = slots[number].pop::<Q>();
+            // Whether a ray is done cannot be foreseen, and then others would wait for the wrong guess to be mended.
+            let is_done = child == DONE;
+            done |= u32::from(is_done) << number;
+            wait.visit(tree, number, &mut slots[number], select_unpredictable(is_done, tree.root, child));
+        }
+        for number in Bits(std::mem::take(&mut done)) {
             let slot = &mut slots[number];
-            let mut child = slot.pop::<Q>();
-            if child == DONE {
+            wait.leave(number);
+            if begun {
                 query.answer(slot.index, &slot.best);
                 if Q::ANY && !slot.best.is_some() {
                     occluders.learn_nothing();
                 }
-                if !slot.start(tree, rays, &mut next, query) {
-                    continue;
-                }
-                child = tree.root;
-                if Q::ANY
-                    && let Some(block) = occluders.guess(slot.directions, slot.index)
-                {
-                    slot.children[slot.top] = child;
-                    slot.top += 1;
-                    child = block;
-                }
+            }
+            if !slot.start(tree, rays, &mut next, query) {
+                continue;
+            }
+            let mut child = tree.root;
+            if Q::ANY
+                && let Some(block) = occluders.guess(slot.directions, slot.index)
+            {
+                slot.children[slot.top] = child;
+                slot.top += 1;
+                child = block;
             }
             wait.visit(tree, number, slot, child);
         }
+        begun = true;
         if wait.nodes | wait.leaves == 0 {
             return;
         }
@@ -389,9 +394,9 @@ fn test_blocks<K: Kernel, Q: Query>(simd: K, slots: &mut [Slot; SLOTS], leaves: 
         let slot = &mut slots[number];
         let block = slot.next & !BLOCK;
         if !Q::ANY {
-            TriangleBlock::take_closest(tree.blocks, block, &slot.ray, &slot.lanes, &mut slot.best);
+            TriangleBlock::take_closest::<false>(tree.blocks, block, &slot.ray, &slot.lanes, &mut slot.best);
             slot.limit = slot.best.limit();
-        } else if TriangleBlock::meets_any(tree.blocks, block, &slot.ray, &slot.lanes) {
+        } else if TriangleBlock::meets_any::<false>(tree.blocks, block, &slot.ray, &slot.lanes) {
             slot.best = Best::SOME;
             slot.top = BASE;
             occluders.learn(slot.directions, slot.next);
@@ -433,6 +438,13 @@ impl Waiting {
         let is_leaf = child >> 31;
         self.leaves |= is_leaf << number;
         self.nodes |= (1 - is_leaf) << number;
+    }
+
+    /// Lets it visit nothing.
+    #[inline(always)]
+    fn leave(&mut self, number: usize) {
+        self.nodes &= !(1 << number);
+        self.leaves &= !(1 << number);
     }
 }
 

@@ -259,14 +259,14 @@ impl Block for TriangleBlock {
     fn closest(blocks: &[Self], index: u32, ray: &TriangleRay, best: &mut Best, _: &mut Stack) {
         let meetings = Self::meetings(blocks, index, ray);
         if meetings.candidates != 0 {
-            Self::take_closest(blocks, index, ray, &Lanes::new(&meetings, ray, best.high), best);
+            Self::take_closest::<true>(blocks, index, ray, &Lanes::new(&meetings, ray, best.high), best);
         }
     }
 
     #[inline(always)]
     fn any(blocks: &[Self], index: u32, ray: &TriangleRay, _: &mut Stack) -> bool {
         let meetings = Self::meetings(blocks, index, ray);
-        meetings.candidates != 0 && Self::meets_any(blocks, index, ray, &Lanes::new(&meetings, ray, ray.ray.tmax))
+        meetings.candidates != 0 && Self::meets_any::<true>(blocks, index, ray, &Lanes::new(&meetings, ray, ray.ray.tmax))
     }
 }
 
@@ -312,15 +312,21 @@ impl TriangleBlock {
         self.used() & !(own.to_bitmask() as u32)
     }
 
-    /// [`Block::closest`] of those that may be nearer.
+    /// [`Block::closest`] of those that may be nearer; they may be the ray's `OWN`.
     #[inline(always)]
-    pub(super) fn take_closest(blocks: &[Self], index: u32, ray: &TriangleRay, lanes: &Lanes, best: &mut Best) {
+    pub(super) fn take_closest<const OWN: bool>(
+        blocks: &[Self],
+        index: u32,
+        ray: &TriangleRay,
+        lanes: &Lanes,
+        best: &mut Best,
+    ) {
         let (low, high) = (lanes.low.to_array(), lanes.high.to_array());
         let mut rest = lanes.rest;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % BLOCK_SIZE;
             rest &= rest - 1;
-            if ray.leaves(blocks[index as usize].id(lane)) {
+            if OWN && ray.leaves(blocks[index as usize].id(lane)) {
                 continue;
             }
             let place = index * BLOCK_SIZE as u32 + lane as u32;
@@ -334,15 +340,15 @@ impl TriangleBlock {
         }
     }
 
-    /// [`Block::any`] of those that may be met.
+    /// [`Block::any`] of those that may be met; they may be the ray's `OWN`.
     #[inline(always)]
-    pub(super) fn meets_any(blocks: &[Self], index: u32, ray: &TriangleRay, lanes: &Lanes) -> bool {
+    pub(super) fn meets_any<const OWN: bool>(blocks: &[Self], index: u32, ray: &TriangleRay, lanes: &Lanes) -> bool {
         let high = lanes.high.to_array();
         let mut rest = lanes.rest;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % BLOCK_SIZE;
             rest &= rest - 1;
-            if ray.leaves(blocks[index as usize].id(lane)) {
+            if OWN && ray.leaves(blocks[index as usize].id(lane)) {
                 continue;
             }
             let is_certain = lanes.certain >> lane & 1 == 1 && high[lane] < ray.ray.tmax;

@@ -140,8 +140,8 @@ impl ShearedRay {
     pub fn new(ray: &Ray) -> Self {
         let axes = axes(ray.d);
         let [x, y, z] = axes;
-        // As arrays: to index a vector is a chain of branches.
-        let (o, d) = (ray.o.to_array(), ray.d.to_array());
+        // As arrays: to index a vector is a chain of branches. As one that is there already, instead of copies.
+        let [o, d]: &[[f32; 4]; 2] = bytemuck::cast_ref(ray);
         let is_tame = (d[z].abs() > LEAST_DEPTH) & (d[z].abs() < MOST_DEPTH);
         let depth = if is_tame { d[z] } else { f32::NAN };
         Self { axes, origin: [o[x], o[y], o[z]], shear: [d[x] / d[z], d[y] / d[z]], depth }
