@@ -1,9 +1,10 @@
-//! Sixteen rays in turn through a tree of triangles, for processors with AVX2.
+//! Many rays in turn through a tree of triangles, for processors with AVX2 or AVX-512.
 //!
 //! A ray by itself waits: for the next node to come from memory, for the end of one test to know what to ask next, and for
 //! the processor to mend its guesses of how many children are met. So many rays are under way at once ([`SLOTS`]), and
 //! each pass does the same thing for all of them: take the next subtree from each ray's stack (and ask memory for it),
-//! test the boxes of all that are at nodes, then the triangles of all that are at leaves. No step of a node depends on a
+//! put new rays where one is done, test the boxes of all that are at nodes, then the triangles of all that are at leaves. Nothing
+//! that cannot be foreseen is a branch: not whether a ray is done, nor whether a node or a leaf comes next. No step of a node depends on a
 //! branch: the children that are met go onto the stack, packed to the front by a permutation from a table, while the
 //! ray goes on with the nearest, and how far its stack grows is the number of the others.
 //!
@@ -28,8 +29,8 @@ use std::arch::x86_64::*;
 use std::cell::RefCell;
 use std::hint::select_unpredictable;
 
-/// Rays under way: enough to hide the answers of a slow memory, few enough for their slots to stay in the first-level cache. Between 8
-/// and 16 there is no difference where trees fit into the last-level cache.
+/// Rays under way: enough to hide the answers of a slow memory, and for long passes, for at the end of each loop the processor
+/// guesses wrong; few enough for what is used of their slots to stay in the first-level cache. 16 take 1.06 to 1.1 times as long.
 const SLOTS: usize = 32;
 
 /// What stands at the bottom of a stack: no tree has so many nodes.
@@ -274,7 +275,7 @@ impl View<'_> {
     }
 }
 
-/// What the walk does with each set of instructions in its own way.
+/// What the walk does with each set of instructions in its own way. Only sets that have AVX2 are one.
 trait Kernel: Simd {
     /// [`ShearedRay::meet4`].
     fn meet(self, ray: &ShearedRay, triangles: &FourTriangles) -> Meetings;
@@ -328,7 +329,7 @@ fn trace_in<K: Kernel, Q: Query>(simd: K, room: &mut Room, tree: View<'_>, rays:
     let (mut done, mut begun) = (u32::MAX >> (u32::BITS - SLOTS as u32), false);
     loop {
         for number in Bits(std::mem::take(&mut wait.stacks)) {
-            let child = slots[number].pop::<Q>();
+            let child = slots[number].pop::<K, Q>(simd);
             // Whether a ray is done cannot be foreseen, and then others would wait for the wrong guess to be mended.
             let is_done = child == DONE;
             done |= u32::from(is_done) << number;
@@ -362,7 +363,7 @@ fn trace_in<K: Kernel, Q: Query>(simd: K, room: &mut Room, tree: View<'_>, rays:
         }
         let leaves = std::mem::take(&mut wait.leaves);
         for number in Bits(std::mem::take(&mut wait.nodes)) {
-            slots[number].step::<Q>(tree, number, &mut wait);
+            slots[number].step::<K, Q>(simd, tree, number, &mut wait);
         }
         test_blocks::<K, Q>(simd, slots, leaves, tree, occluders);
         wait.stacks |= leaves;
@@ -371,7 +372,13 @@ fn trace_in<K: Kernel, Q: Query>(simd: K, room: &mut Room, tree: View<'_>, rays:
 
 /// Tests the blocks that these rays have come to.
 #[inline(always)]
-fn test_blocks<K: Kernel, Q: Query>(simd: K, slots: &mut [Slot; SLOTS], leaves: u32, tree: View<'_>, occluders: &mut Occluders) {
+fn test_blocks<K: Kernel, Q: Query>(
+    simd: K,
+    slots: &mut [Slot; SLOTS],
+    leaves: u32,
+    tree: View<'_>,
+    occluders: &mut Occluders,
+) {
     // First whether triangles may be met, for all; then, of the few that may, how far away they are; then what is nearer.
     let (mut crossed, mut nearer) = (0, 0);
     for number in Bits(leaves) {
@@ -486,13 +493,13 @@ impl Slot {
 
     /// The last subtree on the stack that is not beyond what was found already.
     #[inline(always)]
-    fn pop<Q: Query>(&mut self) -> u32 {
+    fn pop<K: Kernel, Q: Query>(&mut self, _: K) -> u32 {
         if Q::ANY {
             self.top -= 1;
             return self.children[self.top];
         }
         loop {
-            // SAFETY: the top of a stack is at least `BASE`, and inside it.
+            // SAFETY: the top of a stack is at least `BASE`, and inside it; who has a kernel has AVX2.
             let near = unsafe {
                 let below = _mm256_loadu_ps(self.distances.as_ptr().add(self.top - WIDTH));
                 _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(below, _mm256_set1_ps(self.limit))) as u8
@@ -507,10 +514,10 @@ impl Slot {
 
     /// Tests the boxes of a node; all children that are met but the nearest go onto the stack.
     #[inline(always)]
-    fn step<Q: Query>(&mut self, tree: View<'_>, number: usize, wait: &mut Waiting) {
+    fn step<K: Kernel, Q: Query>(&mut self, _: K, tree: View<'_>, number: usize, wait: &mut Waiting) {
         let slot = self;
         // SAFETY: a reference without `BLOCK` is the index of a node; the places of planes are inside it; the stack has room
-        // for all children.
+        // for all children. Who has a kernel has AVX2 and what comes with it.
         unsafe {
             let node = tree.nodes.as_ptr().add(slot.next as usize);
             let planes = node.cast::<f32>();

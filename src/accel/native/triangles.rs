@@ -243,8 +243,7 @@ impl Block for TriangleBlock {
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
         let (ids, vertices) = side_by_side(items, shapes);
         let bits = |numbers: [u32; BLOCK_SIZE]| Vec4::from_array(numbers.map(f32::from_bits));
-        let more =
-            [ids.map(|id| id.shape), ids.map(|id| id.primitive), [(1 << items.len()) - 1, 0, 0, 0]].map(bits);
+        let more = [ids.map(|id| id.shape), ids.map(|id| id.primitive), [(1 << items.len()) - 1, 0, 0, 0]].map(bits);
         let [a, b, c] = vertices;
         let row = |axis: usize| [a[axis], b[axis], c[axis], more[axis]];
         Self { rows: [row(0), row(1), row(2)] }
@@ -266,7 +265,8 @@ impl Block for TriangleBlock {
     #[inline(always)]
     fn any(blocks: &[Self], index: u32, ray: &TriangleRay, _: &mut Stack) -> bool {
         let meetings = Self::meetings(blocks, index, ray);
-        meetings.candidates != 0 && Self::meets_any::<true>(blocks, index, ray, &Lanes::new(&meetings, ray, ray.ray.tmax))
+        meetings.candidates != 0
+            && Self::meets_any::<true>(blocks, index, ray, &Lanes::new(&meetings, ray, ray.ray.tmax))
     }
 }
 
@@ -372,6 +372,7 @@ mod tests {
     use super::*;
     use crate::accel::Quality;
     use crate::accel::native::{is_mesh, items};
+    use crate::math::simd;
     use crate::shape::TriangleMesh;
     use fearless_simd::Level;
 
@@ -427,8 +428,11 @@ mod tests {
         let met = first.iter().filter(|(_, hit)| hit.is_some()).count();
         assert!(met > 5_000 && met < 19_000, "{met}");
         assert!(first.iter().zip(&occluded).all(|((_, hit), &occluded)| hit.is_some() == occluded));
-        assert!(answers(Level::new(), &[]) == (first.clone(), occluded));
         let from: Vec<Hit> = first.iter().map(|&(_, hit)| hit).collect();
-        assert!(answers(Level::new(), &from) == answers(Level::baseline(), &from));
+        let without = answers(Level::baseline(), &from);
+        for level in simd::levels() {
+            assert!(answers(level, &[]) == (first.clone(), occluded.clone()), "{}", simd::name(level));
+            assert!(answers(level, &from) == without, "{}", simd::name(level));
+        }
     }
 }

@@ -216,3 +216,46 @@ fearless_simd::kernel!(
         }
     }
 );
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::*;
+    use fearless_simd::Level;
+
+    /// 100,000 rays and four triangles each, of sizes from 2⁻⁶⁴ to 2⁶⁴, some in line, some with a vertex at the origin: vectors of
+    /// sixteen say the same as vectors of four, to the bit.
+    #[test]
+    fn both_ways_give_the_same_bits() {
+        let Some(simd) = Level::new().as_avx512() else { return };
+        let mut state = 11u64;
+        let mut unit = || {
+            state = state.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(0x1405_7B7E_F767_814F);
+            (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+        };
+        let mut met = 0;
+        for i in 0..100_000u32 {
+            let scale = 2f32.powi(i as i32 % 129 - 64);
+            let mut point = || scale * Vec3::new(unit(), unit(), unit());
+            let ray = ShearedRay::new(&Ray::new(if i % 7 == 0 { Vec3::ZERO } else { point() }, point()));
+            let mut triangles = [[Vec4::splat(f32::from_bits(i)); 4]; 3];
+            for lane in 0..4 {
+                let (a, b, c) = (point(), point(), point());
+                let corners = [a, b, if i % 5 == 0 { a + b } else { c }];
+                for (axis, row) in triangles.iter_mut().enumerate() {
+                    for (vertices, corner) in row.iter_mut().zip(corners) {
+                        vertices[lane] = corner[axis];
+                    }
+                }
+            }
+            let (four, sixteen) = (ray.meet4(&triangles), meet4_avx512(simd, &ray, &triangles));
+            let parts = |m: &Meetings| {
+                let vectors =
+                    [&m.edges, &m.depths, &m.sizes].map(|v| [v[0], v[1], v[2]].map(|v| v.to_array().map(f32::to_bits)));
+                (m.candidates, m.certain, vectors)
+            };
+            assert_eq!(parts(&four), parts(&sixteen));
+            met += four.candidates.count_ones();
+        }
+        assert!(met > 10_000, "{met}");
+    }
+}
