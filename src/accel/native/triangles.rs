@@ -307,7 +307,7 @@ impl TriangleBlock {
         let primitives = u32x4::from_slice(simd, bytemuck::cast_slice(&self.rows[1][MORE..]));
         let mut own = shapes.simd_eq(ends[0].shape) & primitives.simd_eq(ends[0].primitive);
         for end in &ends[1..] {
-            own = own | (shapes.simd_eq(end.shape) & primitives.simd_eq(end.primitive));
+            own |= shapes.simd_eq(end.shape) & primitives.simd_eq(end.primitive);
         }
         self.used() & !(own.to_bitmask() as u32)
     }
