@@ -59,6 +59,12 @@ fn names() -> Vec<(&'static str, Option<Level>)> {
     vec![("best", Some(Level::new()))]
 }
 
+/// All that this processor has, from the least on.
+#[cfg(test)]
+pub(crate) fn levels() -> Vec<Level> {
+    names().into_iter().filter_map(|(_, level)| level).collect()
+}
+
 fn same(a: Level, b: Level) -> bool {
     std::mem::discriminant(&a) == std::mem::discriminant(&b)
 }

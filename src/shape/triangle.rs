@@ -25,53 +25,18 @@
 //! ray in the sheared plane: where the ray truly crosses the triangle, the crossing; where it only crosses the rounded
 //! one, a point at most 6·u·M beside the ray. This is what lets the boxes of `accel::native` be conservative, and it
 //! makes the interval test exact for the f32 inputs, but for the rounding of f64.
-//!
-//! # Bounds of the distance
-//!
-//! Which of two triangles is nearer, or that one lies in the interval, can mostly be said without it: [`Meetings::distances`]
-//! bounds it in f32. Let p be the rounded sheared vertices, P their largest coordinate, z the depths, Z the difference of the
-//! largest and the least, M ≥ |v − o|, eᵢ the edge functions and D their sum, e and D as computed from p. The computed
-//! depth is T/D, T = Σ eᵢ·zᵢ. Against the depth of the head it is off by
-//! * what the roundings of e do to the barycentrics e/D: an edge function is off by 4·u·P², D by 20·u·P² (|D| ≤ 4·P² but for
-//!   rounding), so that the three are off by 32·u·P²/|D| together, and P ≤ 2·M;
-//! * what moving the vertices does to them: the point of the exact triangle is at most (6·√2 + 6)·u·M, in each
-//!   coordinate, from the one with the barycentrics of the rounded triangle, and in a triangle of edges up to 2·√2·P this
-//!   moves each barycentric by at most 58·u·M·P/|D|;
-//! * 16·u·M for the roundings of z, T, the quotients, the sum of the barycentrics and of the bounds.
-//!
-//! Barycentrics sum to 1, so their errors weigh differences of depths, that is at most Z. Where |D| > 512·u·M·P, the true |D|
-//! are above 0.73 of the computed one, and both errors are below 314·u·M·P·Z/|D|; elsewhere 512·u·M·P/|D| exceeds 1, and
-//! a depth is between the least and the largest anyway. So 512·u·M·P·Z/|D| + 16·u·M ([`BARYCENTRIC_ROUNDINGS`],
-//! [`DEPTH_ROUNDINGS`]) bounds the error always, unless something overflows or loses its digits ([`LEAST_TAME`]): there the
-//! bounds are infinite or not numbers, which decides nothing.
 
-use crate::math::float::UNIT_ROUNDOFF;
+mod sheared;
+
 use crate::math::ray::{DRay, Line, Ray};
 use glam::{DVec3, DVec4, Vec3, Vec4};
+use sheared::axes;
+#[cfg(target_arch = "x86_64")]
+pub use sheared::meet4_avx512;
+pub use sheared::{FourTriangles, Meetings, ShearedRay};
 
 /// The number of unit roundoffs of the largest coordinate of v − o that a sheared vertex may be off by.
 pub const SHEAR_ROUNDINGS: u32 = 6;
-
-/// Bound on the error of the barycentrics of [`Meetings::distances`], in unit roundoffs of M·P/|D|: see the head.
-const BARYCENTRIC_ROUNDINGS: f32 = 512.0;
-
-/// The same of depths, in unit roundoffs of M.
-const DEPTH_ROUNDINGS: f32 = 16.0;
-
-/// Where |D| is above this, M below [`MOST_TAME`] and |d.z| between [`LEAST_DEPTH`] and [`MOST_DEPTH`], nothing that
-/// [`Meetings::distances`] computes overflows, but for the bounds themselves, or loses digits that count: |D| ≤ 16·M² is below
-/// 2⁸⁴, |D·d.z| below 2¹¹⁴ and above 2⁻⁹⁰, |T| below 2¹²⁴; P² ≥ |D|/4, so P and M exceed 2⁻³², and an absolute error of 2⁻¹⁴⁹
-/// divided by |D| is below 2⁻⁸⁹, far below u·M.
-const LEAST_TAME: f32 = 1.0 / (1u64 << 60) as f32;
-
-/// See [`LEAST_TAME`].
-const MOST_TAME: f32 = (1u64 << 40) as f32;
-
-/// See [`LEAST_TAME`].
-const LEAST_DEPTH: f32 = 1.0 / (1u64 << 30) as f32;
-
-/// See [`LEAST_TAME`].
-const MOST_DEPTH: f32 = (1u64 << 30) as f32;
 
 /// A projected area below this fraction of the square of its size counts as none in [`resolve`]: of a triangle seen so
 /// much edge-on, the crossing is sought on its edges. Barycentrics have an error of about 2⁻⁵⁰/fraction and leaving out
@@ -84,69 +49,6 @@ pub struct WatertightRay {
     sheared: ShearedRay,
     /// The same in f64, and the interval.
     exact: ExactRay,
-}
-
-/// The line of a ray, as the test in f32 reads it.
-#[derive(Clone, Copy, Debug)]
-pub struct ShearedRay {
-    /// x, y and z of the sheared space, as axes of the world; z is the dominant one.
-    pub axes: [usize; 3],
-    /// The origin, in the order of `axes`.
-    pub origin: [f32; 3],
-    /// d.x/d.z and d.y/d.z.
-    pub shear: [f32; 2],
-    /// d.z where it is not so small or large that a product or quotient with it might overflow or lose digits: there, not a
-    /// number.
-    pub depth: f32,
-}
-
-/// What the test in f32 says of four triangles.
-#[derive(Clone, Copy, Debug)]
-pub struct Meetings {
-    /// The lanes where no two edge functions have certainly opposite signs, one bit each; those with a NaN may be among
-    /// them.
-    pub candidates: u32,
-    /// The sheared (x', y').
-    p: [[Vec4; 2]; 3],
-    edges: Edges<Vec4>,
-    /// v.z − o.z.
-    depths: [Vec4; 3],
-}
-
-impl Meetings {
-    /// With no triangle.
-    pub const NONE: Self =
-        Self { candidates: 0, p: [[Vec4::ZERO; 2]; 3], edges: [Vec4::ZERO; 3], depths: [Vec4::ZERO; 3] };
-
-    /// The lanes where an edge function is 0 or not a number, so that f64 must decide.
-    #[inline(always)]
-    pub fn on_rim(&self) -> u32 {
-        let [a, b, c] = [self.edges[0].abs(), self.edges[1].abs(), self.edges[2].abs()];
-        !(a.cmpgt(Vec4::ZERO) & b.cmpgt(Vec4::ZERO) & c.cmpgt(Vec4::ZERO)).bitmask() & 0b1111
-    }
-
-    /// For each candidate what its distance is not below, and not above, in units of the direction, if the ray meets it (which
-    /// is certain unless it is [on the rim](Self::on_rim)); NaN or infinite where nothing can be said. See the head.
-    #[inline(always)]
-    pub fn distances(&self, ray: &ShearedRay) -> [Vec4; 2] {
-        let [e0, e1, e2] = self.edges;
-        let [z0, z1, z2] = self.depths;
-        let [[ax, ay], [bx, by], [cx, cy]] = self.p;
-        let near = z0.min(z1).min(z2);
-        let far = z0.max(z1).max(z2);
-        let largest = ax.abs().max(ay.abs()).max(bx.abs().max(by.abs())).max(cx.abs().max(cy.abs()));
-        let reach = largest + far.max(-near);
-        let sum = e0 + e1 + e2;
-        let area = sum.abs();
-        let roundings = UNIT_ROUNDOFF * reach;
-        // Times |D|.
-        let error = (BARYCENTRIC_ROUNDINGS * roundings) * largest * (far - near) + (DEPTH_ROUNDINGS * roundings) * area;
-        let scale = 1.0 / (sum * ray.depth);
-        let is_tame = area.cmpgt(Vec4::splat(LEAST_TAME)) & reach.cmplt(Vec4::splat(MOST_TAME));
-        let error = Vec4::select(is_tame, error * scale.abs(), Vec4::INFINITY);
-        let t = (e0 * z0 + e1 * z1 + e2 * z2) * scale;
-        [t - error, t + error]
-    }
 }
 
 /// What the computations in f64 need.
@@ -187,46 +89,18 @@ impl WatertightRay {
     /// inside its open interval.
     #[inline]
     pub fn intersect(&self, v0: Vec3, v1: Vec3, v2: Vec3) -> Option<f32> {
-        let mut distance = None;
-        self.intersect4(
-            &[v0, v1, v2].map(|v| v.to_array().map(Vec4::splat)),
-            |_| true,
-            |_, t| {
-                distance = Some(t);
-                true
-            },
-        );
-        distance
-    }
-
-    /// [`Self::intersect`] for four triangles at once, stored as `v[vertex][axis]` with a lane each. Calls `on_hit` with
-    /// the lane and the distance of each hit until it returns true; returns whether it did. Lanes that are not `wanted`
-    /// are no hits.
-    #[inline(always)]
-    pub fn intersect4(
-        &self,
-        v: &[[Vec4; 3]; 3],
-        wanted: impl Fn(usize) -> bool,
-        mut on_hit: impl FnMut(usize, f32) -> bool,
-    ) -> bool {
-        let Meetings { mut candidates, p, edges, .. } = self.sheared.meet4(v);
-        while candidates != 0 {
-            let lane = candidates.trailing_zeros() as usize;
-            candidates &= candidates - 1;
-            if !wanted(lane) {
-                continue;
-            }
-            let certain = edges.iter().all(|e| e[lane].abs() > 0.0);
-            if !certain && !crosses_in_f64(p.map(|p| p.map(|c| f64::from(c[lane])))) {
-                continue;
-            }
-            let vertex = |v: &[Vec4; 3]| [f64::from(v[0][lane]), f64::from(v[1][lane]), f64::from(v[2][lane])];
-            let t = self.exact.resolve([vertex(&v[0]), vertex(&v[1]), vertex(&v[2])]).t;
-            if t > self.exact.tmin && t < self.exact.tmax && on_hit(lane, t as f32) {
-                return true;
-            }
+        let p = self.sheared.shear([v0, v1, v2]);
+        let e = edge_functions(&p);
+        let (negative, positive) = (e.iter().any(|&e| e < 0.0), e.iter().any(|&e| e > 0.0));
+        if negative && positive {
+            return None;
         }
-        false
+        let certain = e.iter().all(|e| e.abs() > 0.0);
+        if !certain && !crosses_in_f64(p.map(|p| p.map(f64::from))) {
+            return None;
+        }
+        let t = self.exact.resolve([v0, v1, v2].map(|v| v.to_array().map(f64::from))).t;
+        (t > self.exact.tmin && t < self.exact.tmax).then_some(t as f32)
     }
 }
 
@@ -239,14 +113,6 @@ where
 {
     let edge = |a: [T; 2], b: [T; 2]| b[0] * a[1] - b[1] * a[0];
     [edge(p[1], p[2]), edge(p[2], p[0]), edge(p[0], p[1])]
-}
-
-/// The lanes where no two edge functions have certainly opposite signs, one bit each; those with a NaN may be among them.
-#[inline(always)]
-fn candidates(e: &Edges<Vec4>) -> u32 {
-    let negative = e[0].cmplt(Vec4::ZERO) | e[1].cmplt(Vec4::ZERO) | e[2].cmplt(Vec4::ZERO);
-    let positive = e[0].cmpgt(Vec4::ZERO) | e[1].cmpgt(Vec4::ZERO) | e[2].cmpgt(Vec4::ZERO);
-    !(negative & positive).bitmask() & 0b1111
 }
 
 /// Whether the origin lies in the triangle of these sheared vertices, which are f32, or on its rim, exactly.
@@ -278,43 +144,6 @@ fn edge_sign(a: [f64; 2], b: [f64; 2], e: f64) -> f64 {
     }
     let (p, q) = (b[0] * a[1], b[1] * a[0]);
     b[0].mul_add(a[1], -p) - b[1].mul_add(a[0], -q)
-}
-
-/// The axes of the space that is sheared for direction `d`.
-#[inline(always)]
-fn axes(d: Vec3) -> [usize; 3] {
-    /// In the order of the dominant one.
-    const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
-    let size = d.abs();
-    // No branches: which it is cannot be foreseen.
-    let others = 2 - usize::from(size.y > size.z);
-    AXES[if (size.x > size.y) & (size.x > size.z) { 0 } else { others }]
-}
-
-impl ShearedRay {
-    /// Prepares the line of `ray`, whose direction is not zero.
-    #[inline(always)]
-    pub fn new(ray: &Ray) -> Self {
-        let axes = axes(ray.d);
-        let [x, y, z] = axes;
-        // As arrays: to index a vector is a chain of branches.
-        let (o, d) = (ray.o.to_array(), ray.d.to_array());
-        let is_tame = (d[z].abs() > LEAST_DEPTH) & (d[z].abs() < MOST_DEPTH);
-        let depth = if is_tame { d[z] } else { f32::NAN };
-        Self { axes, origin: [o[x], o[y], o[z]], shear: [d[x] / d[z], d[y] / d[z]], depth }
-    }
-
-    /// The test of four triangles at once, stored as `v[vertex][axis]` with a lane each.
-    #[inline(always)]
-    pub fn meet4(&self, v: &[[Vec4; 3]; 3]) -> Meetings {
-        let Self { axes: [x, y, z], origin: [ox, oy, oz], shear: [sx, sy], .. } = *self;
-        let depths = [v[0][z] - oz, v[1][z] - oz, v[2][z] - oz];
-        // Not by `map`, whose closure would not be compiled for the caller's instruction set, nor inlined.
-        let shear = |v: &[Vec4; 3], depth: Vec4| [(v[x] - ox) - sx * depth, (v[y] - oy) - sy * depth];
-        let p = [shear(&v[0], depths[0]), shear(&v[1], depths[1]), shear(&v[2], depths[2])];
-        let edges = edge_functions(&p);
-        Meetings { candidates: candidates(&edges), p, edges, depths }
-    }
 }
 
 impl ExactRay {
@@ -531,8 +360,9 @@ mod tests {
             let target = a + (b - a) * (0.1 + 0.4 * unit()) + (c - a) * (0.1 + 0.4 * unit());
             let ray = Ray::new(target + distance * from + 1e-3 * size * aside, -length * from);
             let watertight = WatertightRay::new(&ray);
-            let meetings = watertight.sheared.meet4(&[a, b, c].map(|v| v.to_array().map(Vec4::splat)));
-            if meetings.candidates == 0 || meetings.on_rim() != 0 {
+            let row = |axis: usize| [a[axis], b[axis], c[axis], f32::NAN].map(Vec4::splat);
+            let meetings = watertight.sheared.meet4(&[row(0), row(1), row(2)]);
+            if meetings.candidates == 0 || meetings.certain != 0b1111 {
                 continue;
             }
             let [low, high] = meetings.distances(&watertight.sheared).map(|bound| f64::from(bound.x));

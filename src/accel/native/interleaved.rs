@@ -1,9 +1,10 @@
-//! Sixteen rays in turn through a tree of triangles, for processors with AVX2.
+//! Many rays in turn through a tree of triangles, for processors with AVX2 or AVX-512.
 //!
 //! A ray by itself waits: for the next node to come from memory, for the end of one test to know what to ask next, and for
 //! the processor to mend its guesses of how many children are met. So many rays are under way at once ([`SLOTS`]), and
 //! each pass does the same thing for all of them: take the next subtree from each ray's stack (and ask memory for it),
-//! test the boxes of all that are at nodes, then the triangles of all that are at leaves. No step of a node depends on a
+//! put new rays where one is done, test the boxes of all that are at nodes, then the triangles of all that are at leaves. Nothing
+//! that cannot be foreseen is a branch: not whether a ray is done, nor whether a node or a leaf comes next. No step of a node depends on a
 //! branch: the children that are met go onto the stack, packed to the front by a permutation from a table, while the
 //! ray goes on with the nearest, and how far its stack grows is the number of the others.
 //!
@@ -19,15 +20,18 @@ use super::triangles::{Best, Lanes, TriangleBlock, TriangleRay};
 use super::wide::{BLOCK, Node, Slab, WIDTH};
 use crate::accel::Hit;
 use crate::math::ray::Ray;
-use crate::shape::triangle::Meetings;
-use fearless_simd::x86::Avx2;
+use crate::shape::triangle::{FourTriangles, Meetings, ShearedRay, meet4_avx512};
+use fearless_simd::Level;
+use fearless_simd::prelude::*;
+use fearless_simd::x86::{Avx2, Avx512};
 use glam::Vec3;
 use std::arch::x86_64::*;
 use std::cell::RefCell;
+use std::hint::select_unpredictable;
 
-/// Rays under way: enough to hide the answers of a slow memory, few enough for their slots to stay in the first-level cache. Between 8
-/// and 16 there is no difference where trees fit into the last-level cache.
-const SLOTS: usize = 16;
+/// Rays under way: enough to hide the answers of a slow memory, and for long passes, for at the end of each loop the processor
+/// guesses wrong; few enough for what is used of their slots to stay in the first-level cache. 16 take 1.06 to 1.1 times as long.
+const SLOTS: usize = 32;
 
 /// What stands at the bottom of a stack: no tree has so many nodes.
 const DONE: u32 = BLOCK - 1;
@@ -257,11 +261,10 @@ impl View<'_> {
     /// Asks memory for the four lines of a node, or the three of a block and the next.
     #[inline(always)]
     fn fetch(&self, child: u32) {
-        let place = if child & BLOCK == 0 {
-            self.nodes.as_ptr().wrapping_add(child as usize).cast::<i8>()
-        } else {
-            self.blocks.as_ptr().wrapping_add((child & !BLOCK) as usize).cast::<i8>()
-        };
+        let node = self.nodes.as_ptr().wrapping_add(child as usize).cast::<i8>();
+        let block = self.blocks.as_ptr().wrapping_add((child & !BLOCK) as usize).cast::<i8>();
+        // A branch would be guessed wrong every other time.
+        let place = select_unpredictable(child & BLOCK == 0, node, block);
         // SAFETY: to fetch touches nothing, wherever it is.
         unsafe {
             _mm_prefetch::<_MM_HINT_T0>(place);
@@ -272,75 +275,121 @@ impl View<'_> {
     }
 }
 
-/// Answers `query` for all `rays`, in any order. The tree is at most [`MAX_DEPTH`] deep.
-pub(super) fn trace<Q: Query>(_: Avx2, tree: View<'_>, rays: &[Ray], query: &mut Q) {
-    assert!(tree.depth <= MAX_DEPTH, "the stacks have no more room");
-    ROOM_OF_THREAD.with_borrow_mut(|room| {
-        // SAFETY: the token says that the processor has AVX2, and what comes with it.
-        unsafe { trace_in(room, tree, rays, query) };
-    });
+/// What the walk does with each set of instructions in its own way. Only sets that have AVX2 are one.
+trait Kernel: Simd {
+    /// [`ShearedRay::meet4`].
+    fn meet(self, ray: &ShearedRay, triangles: &FourTriangles) -> Meetings;
 }
 
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn trace_in<Q: Query>(room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut Q) {
-    let mut next = 0;
-    let mut wait = Waiting { stacks: 0, nodes: 0, leaves: 0 };
+impl Kernel for Avx2 {
+    #[inline(always)]
+    fn meet(self, ray: &ShearedRay, triangles: &FourTriangles) -> Meetings {
+        ray.meet4(triangles)
+    }
+}
+
+impl Kernel for Avx512 {
+    #[inline(always)]
+    fn meet(self, ray: &ShearedRay, triangles: &FourTriangles) -> Meetings {
+        meet4_avx512(self, ray, triangles)
+    }
+}
+
+/// Answers `query` for all `rays`, in any order, if the instructions of `level` are enough for that; says whether they are.
+/// The tree is at most [`MAX_DEPTH`] deep.
+pub(super) fn trace<Q: Query>(level: Level, tree: View<'_>, rays: &[Ray], query: &mut Q) -> bool {
+    assert!(tree.depth <= MAX_DEPTH, "the stacks have no more room");
+    ROOM_OF_THREAD.with_borrow_mut(|room| {
+        if let Some(simd) = level.as_avx512() {
+            simd.vectorize(
+                #[inline(always)]
+                || trace_in(simd, room, tree, rays, query),
+            );
+        } else if let Some(simd) = level.as_avx2() {
+            simd.vectorize(
+                #[inline(always)]
+                || trace_in(simd, room, tree, rays, query),
+            );
+        } else {
+            return false;
+        }
+        true
+    })
+}
+
+#[inline(always)]
+fn trace_in<K: Kernel, Q: Query>(simd: K, room: &mut Room, tree: View<'_>, rays: &[Ray], query: &mut Q) {
     let Room { slots, occluders } = room;
     if occluders.count != tree.blocks.len() {
         *occluders = Occluders::none(tree.blocks.len());
     }
-    for (number, slot) in slots.iter_mut().enumerate() {
-        if slot.start(tree, rays, &mut next, query) {
-            wait.visit(tree, number, slot, tree.root);
-        }
-    }
+    let mut next = 0;
+    let mut wait = Waiting { stacks: 0, nodes: 0, leaves: 0 };
+    // At first, all slots wait for a ray, and have none that was answered.
+    let (mut done, mut begun) = (u32::MAX >> (u32::BITS - SLOTS as u32), false);
     loop {
         for number in Bits(std::mem::take(&mut wait.stacks)) {
+            let child = slots[number].pop::<K, Q>(simd);
+            // Whether a ray is done cannot be foreseen, and then others would wait for the wrong guess to be mended.
+            let is_done = child == DONE;
+            done |= u32::from(is_done) << number;
+            wait.visit(tree, number, &mut slots[number], select_unpredictable(is_done, tree.root, child));
+        }
+        for number in Bits(std::mem::take(&mut done)) {
             let slot = &mut slots[number];
-            let mut child = slot.pop::<Q>();
-            if child == DONE {
+            wait.leave(number);
+            if begun {
                 query.answer(slot.index, &slot.best);
                 if Q::ANY && !slot.best.is_some() {
                     occluders.learn_nothing();
                 }
-                if !slot.start(tree, rays, &mut next, query) {
-                    continue;
-                }
-                child = tree.root;
-                if Q::ANY
-                    && let Some(block) = occluders.guess(slot.directions, slot.index)
-                {
-                    slot.children[slot.top] = child;
-                    slot.top += 1;
-                    child = block;
-                }
+            }
+            if !slot.start(tree, rays, &mut next, query) {
+                continue;
+            }
+            let mut child = tree.root;
+            if Q::ANY
+                && let Some(block) = occluders.guess(slot.directions, slot.index)
+            {
+                slot.children[slot.top] = child;
+                slot.top += 1;
+                child = block;
             }
             wait.visit(tree, number, slot, child);
         }
+        begun = true;
         if wait.nodes | wait.leaves == 0 {
             return;
         }
         let leaves = std::mem::take(&mut wait.leaves);
         for number in Bits(std::mem::take(&mut wait.nodes)) {
-            slots[number].step::<Q>(tree, number, &mut wait);
+            slots[number].step::<K, Q>(simd, tree, number, &mut wait);
         }
-        test_blocks::<Q>(slots, leaves, tree, occluders);
+        test_blocks::<K, Q>(simd, slots, leaves, tree, occluders);
         wait.stacks |= leaves;
     }
 }
 
 /// Tests the blocks that these rays have come to.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn test_blocks<Q: Query>(slots: &mut [Slot; SLOTS], leaves: u32, tree: View<'_>, occluders: &mut Occluders) {
+#[inline(always)]
+fn test_blocks<K: Kernel, Q: Query>(
+    simd: K,
+    slots: &mut [Slot; SLOTS],
+    leaves: u32,
+    tree: View<'_>,
+    occluders: &mut Occluders,
+) {
     // First whether triangles may be met, for all; then, of the few that may, how far away they are; then what is nearer.
     let (mut crossed, mut nearer) = (0, 0);
     for number in Bits(leaves) {
         let slot = &mut slots[number];
         let block = slot.next & !BLOCK;
-        slot.meetings = TriangleBlock::meetings(tree.blocks, block, &slot.ray);
-        // Nearly every ray that leaves a surface visits the block that it starts in: no use to find out how far that is.
-        slot.meetings.candidates &= !lanes_of::<Q>(&tree.blocks[block as usize], &slot.ray);
+        let block = &tree.blocks[block as usize];
+        slot.meetings = simd.meet(&slot.ray.sheared, block.rows());
+        // Nearly every ray that leaves a surface visits the block that it starts in: no use to find out how far that is. Only a
+        // ray that asks for any hit ends on something.
+        let ends = &slot.ray.ends;
+        slot.meetings.candidates &= if Q::ANY { block.others(simd, ends) } else { block.others(simd, &[ends[0]]) };
         crossed |= u32::from(slot.meetings.candidates != 0) << number;
     }
     for number in Bits(crossed) {
@@ -352,29 +401,14 @@ fn test_blocks<Q: Query>(slots: &mut [Slot; SLOTS], leaves: u32, tree: View<'_>,
         let slot = &mut slots[number];
         let block = slot.next & !BLOCK;
         if !Q::ANY {
-            TriangleBlock::take_closest(tree.blocks, block, &slot.ray, &slot.lanes, &mut slot.best);
+            TriangleBlock::take_closest::<false>(tree.blocks, block, &slot.ray, &slot.lanes, &mut slot.best);
             slot.limit = slot.best.limit();
-        } else if TriangleBlock::meets_any(tree.blocks, block, &slot.ray, &slot.lanes) {
+        } else if TriangleBlock::meets_any::<false>(tree.blocks, block, &slot.ray, &slot.lanes) {
             slot.best = Best::SOME;
             slot.top = BASE;
             occluders.learn(slot.directions, slot.next);
         }
     }
-}
-
-/// The lanes of a block that hold what a ray starts or ends on, a bit each.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn lanes_of<Q: Query>(block: &TriangleBlock, ray: &TriangleRay) -> u32 {
-    let ids = bytemuck::cast::<_, [i64; 4]>(block.ids);
-    let ends = bytemuck::cast::<_, [i64; 2]>(ray.ends);
-    let ids = _mm256_set_epi64x(ids[3], ids[2], ids[1], ids[0]);
-    let mut own = _mm256_cmpeq_epi64(ids, _mm256_set1_epi64x(ends[0]));
-    // Only a ray that asks for any hit ends on something.
-    if Q::ANY {
-        own = _mm256_or_si256(own, _mm256_cmpeq_epi64(ids, _mm256_set1_epi64x(ends[1])));
-    }
-    _mm256_movemask_pd(_mm256_castsi256_pd(own)) as u32
 }
 
 /// The numbers of the bits that are set.
@@ -412,6 +446,13 @@ impl Waiting {
         self.leaves |= is_leaf << number;
         self.nodes |= (1 - is_leaf) << number;
     }
+
+    /// Lets it visit nothing.
+    #[inline(always)]
+    fn leave(&mut self, number: usize) {
+        self.nodes &= !(1 << number);
+        self.leaves &= !(1 << number);
+    }
 }
 
 impl Slot {
@@ -431,8 +472,7 @@ impl Slot {
     };
 
     /// Takes the next ray that needs an answer; false if there is none.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    #[inline(always)]
     fn start<Q: Query>(&mut self, tree: View<'_>, rays: &[Ray], next: &mut usize, query: &Q) -> bool {
         while *next < rays.len() && !query.wants(*next) {
             *next += 1;
@@ -452,15 +492,14 @@ impl Slot {
     }
 
     /// The last subtree on the stack that is not beyond what was found already.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn pop<Q: Query>(&mut self) -> u32 {
+    #[inline(always)]
+    fn pop<K: Kernel, Q: Query>(&mut self, _: K) -> u32 {
         if Q::ANY {
             self.top -= 1;
             return self.children[self.top];
         }
         loop {
-            // SAFETY: the top of a stack is at least `BASE`, and inside it.
+            // SAFETY: the top of a stack is at least `BASE`, and inside it; who has a kernel has AVX2.
             let near = unsafe {
                 let below = _mm256_loadu_ps(self.distances.as_ptr().add(self.top - WIDTH));
                 _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(below, _mm256_set1_ps(self.limit))) as u8
@@ -474,12 +513,11 @@ impl Slot {
     }
 
     /// Tests the boxes of a node; all children that are met but the nearest go onto the stack.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn step<Q: Query>(&mut self, tree: View<'_>, number: usize, wait: &mut Waiting) {
+    #[inline(always)]
+    fn step<K: Kernel, Q: Query>(&mut self, _: K, tree: View<'_>, number: usize, wait: &mut Waiting) {
         let slot = self;
         // SAFETY: a reference without `BLOCK` is the index of a node; the places of planes are inside it; the stack has room
-        // for all children.
+        // for all children. Who has a kernel has AVX2 and what comes with it.
         unsafe {
             let node = tree.nodes.as_ptr().add(slot.next as usize);
             let planes = node.cast::<f32>();

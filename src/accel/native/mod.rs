@@ -153,7 +153,8 @@ impl Native {
             if with_distances {
                 self.closest_of_all(tree, rays, from, hits);
             } else {
-                tree.closest_hits(rays, from, |i, best| hits[i] = tree.hit(best));
+                let hit = tree.hits();
+                tree.closest_hits(rays, from, |i, best| hits[i] = hit(best));
             }
             return;
         }
@@ -178,12 +179,13 @@ impl Native {
     fn closest_of_all(&self, tree: &Tree<TriangleBlock>, rays: &[Ray], from: &[Hit], hits: &mut [Hit]) {
         let mut triangles = vec![Best::NONE; rays.len()];
         tree.closest_hits(rays, from, |i, best| triangles[i] = *best);
-        let bound = |best: &Best| Nearest { t: best.limit(), hit: tree.hit(best) };
+        let hit = tree.hits();
+        let bound = |best: &Best| Nearest { t: best.limit(), hit: hit(best) };
         let mut nearest: Vec<Nearest> = triangles.iter().map(bound).collect();
         self.improve_by_others(rays, from, &mut nearest, &mut Stack::new());
         for (i, (best, other)) in triangles.iter().zip(&nearest).enumerate() {
             hits[i] = other.hit;
-            if best.is_some() && other.hit != tree.hit(best) {
+            if best.is_some() && other.hit != hit(best) {
                 let mut nearest = tree.nearest(&rays[i], best);
                 nearest.offer(other.t, other.hit);
                 hits[i] = nearest.hit;

@@ -6,7 +6,7 @@
 //! Which triangle counts, and which of two is nearer, is a matter of distances in f64 ([`crate::shape::triangle`]). Bounds of them in
 //! f32 decide nearly always; where they overlap, or an edge function is 0, [`settle`] computes them.
 
-use super::block::{BLOCK_SIZE, Block, BlockRay, SceneRay, corners_of, side_by_side, triangle};
+use super::block::{BLOCK_SIZE, Block, BlockRay, SceneRay, side_by_side, triangle};
 #[cfg(target_arch = "x86_64")]
 use super::interleaved::{self, Any, Closest, View};
 use super::item::Item;
@@ -17,29 +17,28 @@ use super::{CHUNK, Nearest};
 use crate::accel::Hit;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
-use crate::shape::triangle::{Meetings, ShearedRay, WatertightRay};
+use crate::shape::triangle::{FourTriangles, Meetings, ShearedRay, WatertightRay};
 use bytemuck::{Pod, Zeroable};
-#[cfg(target_arch = "x86_64")]
-use fearless_simd::x86::Avx2;
+use fearless_simd::{prelude::*, u32x4};
 use glam::{Vec3, Vec4};
 
 /// Four triangles.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct TriangleBlock {
-    /// `[vertex][axis]`, a lane each.
-    vertices: [[Vec4; 3]; 3],
-    pub(super) ids: [Hit; BLOCK_SIZE],
-    /// The lanes in use, a bit each.
-    used: u32,
-    unused: [u32; 3],
+    /// The vertices. Behind them stand, as bits, the shapes and the primitives of their names and (in the first lane) which lanes are
+    /// in use, a bit each: so a ray reads the vertices by three loads of 64 bytes, and the whole takes three lines.
+    rows: FourTriangles,
 }
+
+/// Of a row, the vector that is not of vertices.
+const MORE: usize = 3;
 
 /// A ray as these blocks want it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TriangleRay {
     ray: Ray,
-    sheared: ShearedRay,
+    pub(super) sheared: ShearedRay,
     /// The triangles it starts and ends on.
     pub(super) ends: [Hit; 2],
 }
@@ -102,9 +101,11 @@ impl Tree<TriangleBlock> {
     #[inline]
     pub(super) fn closest_hits(&self, rays: &[Ray], from: &[Hit], mut take: impl FnMut(usize, &Best)) {
         #[cfg(target_arch = "x86_64")]
-        if let Some((simd, view)) = self.interleaved() {
-            interleaved::trace(simd, view, rays, &mut Closest { from, take });
-            return;
+        if let Some(view) = self.interleaved() {
+            let mut query = Closest { from, take: |i: usize, best: &Best| take(i, best) };
+            if interleaved::trace(self.level(), view, rays, &mut query) {
+                return;
+            }
         }
         let mut stack = Stack::new();
         for (chunk, rays) in rays.chunks(CHUNK).enumerate() {
@@ -119,8 +120,9 @@ impl Tree<TriangleBlock> {
     /// Whether each ray meets any triangle. An answer that is true already is left alone.
     pub(super) fn occluded_all(&self, rays: &[Ray], ends: &[[Hit; 2]], occluded: &mut [bool]) {
         #[cfg(target_arch = "x86_64")]
-        if let Some((simd, view)) = self.interleaved() {
-            interleaved::trace(simd, view, rays, &mut Any { ends, occluded });
+        if let Some(view) = self.interleaved()
+            && interleaved::trace(self.level(), view, rays, &mut Any { ends, occluded })
+        {
             return;
         }
         self.occluded(rays, ends, occluded);
@@ -128,35 +130,36 @@ impl Tree<TriangleBlock> {
 
     /// What it takes to walk it with many rays in turn, if that can be done.
     #[cfg(target_arch = "x86_64")]
-    fn interleaved(&self) -> Option<(Avx2, View<'_>)> {
+    fn interleaved(&self) -> Option<View<'_>> {
         let (nodes, root, reach, depth) = self.parts();
-        let simd = self.level().as_avx2().filter(|_| depth <= interleaved::MAX_DEPTH)?;
-        Some((simd, View { nodes, blocks: self.blocks(), root, reach, depth }))
+        (depth <= interleaved::MAX_DEPTH).then(|| View { nodes, blocks: self.blocks(), root, reach, depth })
     }
 
-    /// What a ray meets.
+    /// What tells which triangle a ray meets. (To ask for it once a ray would take longer.)
     #[inline]
-    pub(super) fn hit(&self, best: &Best) -> Hit {
-        if best.is_some() { id(self.blocks(), best.place) } else { Hit::NONE }
+    pub(super) fn hits(&self) -> impl Fn(&Best) -> Hit {
+        let blocks = self.blocks();
+        move |best| if best.is_some() { id(blocks, best.place) } else { Hit::NONE }
     }
 
     /// What a ray meets, and where.
     #[inline]
     pub(super) fn nearest(&self, ray: &Ray, best: &Best) -> Nearest {
         let t = if best.low < best.high { exact_distance(self.blocks(), best.place, ray) } else { None };
-        Nearest { t: t.unwrap_or(best.high), hit: self.hit(best) }
+        Nearest { t: t.unwrap_or(best.high), hit: self.hits()(best) }
     }
 }
 
 #[inline(always)]
 fn id(blocks: &[TriangleBlock], place: u32) -> Hit {
-    blocks[place as usize / BLOCK_SIZE].ids[place as usize % BLOCK_SIZE]
+    blocks[place as usize / BLOCK_SIZE].id(place as usize % BLOCK_SIZE)
 }
 
 /// The distance of a triangle, from f64, if the ray meets it inside its interval.
 fn exact_distance(blocks: &[TriangleBlock], place: u32, ray: &Ray) -> Option<f32> {
     let (block, lane) = (&blocks[place as usize / BLOCK_SIZE], place as usize % BLOCK_SIZE);
-    let [a, b, c] = corners_of(&block.vertices, lane);
+    let corner = |i: usize| Vec3::new(block.rows[0][i][lane], block.rows[1][i][lane], block.rows[2][i][lane]);
+    let [a, b, c] = [corner(0), corner(1), corner(2)];
     WatertightRay::new(ray).intersect(a, b, c)
 }
 
@@ -199,10 +202,10 @@ impl TriangleRay {
 pub(super) struct Lanes {
     /// Those that may be nearer than what was found before, a bit each.
     pub(super) rest: u32,
-    /// Those whose bounds of the distance begin inside the ray's interval, and that the ray certainly crosses.
-    certain: u32,
     low: Vec4,
     high: Vec4,
+    /// Those whose bounds of the distance begin inside the ray's interval, and that the ray certainly crosses.
+    certain: u32,
 }
 
 impl Lanes {
@@ -218,7 +221,7 @@ impl Lanes {
         let outside = low.cmpgt(Vec4::splat(limit)) | high.cmple(tmin);
         Self {
             rest: meetings.candidates & !outside.bitmask(),
-            certain: low.cmpgt(tmin).bitmask() & !meetings.on_rim(),
+            certain: low.cmpgt(tmin).bitmask() & u32::from(meetings.certain),
             low,
             high,
         }
@@ -239,7 +242,11 @@ impl Block for TriangleBlock {
 
     fn new(items: &[Item], shapes: &[Shape]) -> Self {
         let (ids, vertices) = side_by_side(items, shapes);
-        Self { vertices, ids, used: (1 << items.len()) - 1, unused: [0; 3] }
+        let bits = |numbers: [u32; BLOCK_SIZE]| Vec4::from_array(numbers.map(f32::from_bits));
+        let more = [ids.map(|id| id.shape), ids.map(|id| id.primitive), [(1 << items.len()) - 1, 0, 0, 0]].map(bits);
+        let [a, b, c] = vertices;
+        let row = |axis: usize| [a[axis], b[axis], c[axis], more[axis]];
+        Self { rows: [row(0), row(1), row(2)] }
     }
 
     #[inline(always)]
@@ -251,14 +258,15 @@ impl Block for TriangleBlock {
     fn closest(blocks: &[Self], index: u32, ray: &TriangleRay, best: &mut Best, _: &mut Stack) {
         let meetings = Self::meetings(blocks, index, ray);
         if meetings.candidates != 0 {
-            Self::take_closest(blocks, index, ray, &Lanes::new(&meetings, ray, best.high), best);
+            Self::take_closest::<true>(blocks, index, ray, &Lanes::new(&meetings, ray, best.high), best);
         }
     }
 
     #[inline(always)]
     fn any(blocks: &[Self], index: u32, ray: &TriangleRay, _: &mut Stack) -> bool {
         let meetings = Self::meetings(blocks, index, ray);
-        meetings.candidates != 0 && Self::meets_any(blocks, index, ray, &Lanes::new(&meetings, ray, ray.ray.tmax))
+        meetings.candidates != 0
+            && Self::meets_any::<true>(blocks, index, ray, &Lanes::new(&meetings, ray, ray.ray.tmax))
     }
 }
 
@@ -267,20 +275,58 @@ impl TriangleBlock {
     #[inline(always)]
     pub(super) fn meetings(blocks: &[Self], index: u32, ray: &TriangleRay) -> Meetings {
         let block = &blocks[index as usize];
-        let mut meetings = ray.sheared.meet4(&block.vertices);
-        meetings.candidates &= block.used;
+        let mut meetings = ray.sheared.meet4(&block.rows);
+        meetings.candidates &= block.used();
         meetings
     }
 
-    /// [`Block::closest`] of those that may be nearer.
+    /// The name of the triangle in a lane.
     #[inline(always)]
-    pub(super) fn take_closest(blocks: &[Self], index: u32, ray: &TriangleRay, lanes: &Lanes, best: &mut Best) {
+    fn id(&self, lane: usize) -> Hit {
+        // As arrays: to index a vector is a chain of branches.
+        let rows: &[[[u32; BLOCK_SIZE]; 4]; 3] = bytemuck::cast_ref(&self.rows);
+        Hit { shape: rows[0][MORE][lane], primitive: rows[1][MORE][lane] }
+    }
+
+    /// The lanes in use, a bit each.
+    #[inline(always)]
+    fn used(&self) -> u32 {
+        self.rows[2][MORE].x.to_bits()
+    }
+
+    /// The vertices, and more.
+    #[inline(always)]
+    pub(super) fn rows(&self) -> &FourTriangles {
+        &self.rows
+    }
+
+    /// The lanes in use that hold none of these triangles, a bit each.
+    #[inline(always)]
+    pub(super) fn others<const ENDS: usize, S: Simd>(&self, simd: S, ends: &[Hit; ENDS]) -> u32 {
+        let shapes = u32x4::from_slice(simd, bytemuck::cast_slice(&self.rows[0][MORE..]));
+        let primitives = u32x4::from_slice(simd, bytemuck::cast_slice(&self.rows[1][MORE..]));
+        let mut own = shapes.simd_eq(ends[0].shape) & primitives.simd_eq(ends[0].primitive);
+        for end in &ends[1..] {
+            own |= shapes.simd_eq(end.shape) & primitives.simd_eq(end.primitive);
+        }
+        self.used() & !(own.to_bitmask() as u32)
+    }
+
+    /// [`Block::closest`] of those that may be nearer; they may be the ray's `OWN`.
+    #[inline(always)]
+    pub(super) fn take_closest<const OWN: bool>(
+        blocks: &[Self],
+        index: u32,
+        ray: &TriangleRay,
+        lanes: &Lanes,
+        best: &mut Best,
+    ) {
         let (low, high) = (lanes.low.to_array(), lanes.high.to_array());
         let mut rest = lanes.rest;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % BLOCK_SIZE;
             rest &= rest - 1;
-            if ray.leaves(blocks[index as usize].ids[lane]) {
+            if OWN && ray.leaves(blocks[index as usize].id(lane)) {
                 continue;
             }
             let place = index * BLOCK_SIZE as u32 + lane as u32;
@@ -294,15 +340,15 @@ impl TriangleBlock {
         }
     }
 
-    /// [`Block::any`] of those that may be met.
+    /// [`Block::any`] of those that may be met; they may be the ray's `OWN`.
     #[inline(always)]
-    pub(super) fn meets_any(blocks: &[Self], index: u32, ray: &TriangleRay, lanes: &Lanes) -> bool {
+    pub(super) fn meets_any<const OWN: bool>(blocks: &[Self], index: u32, ray: &TriangleRay, lanes: &Lanes) -> bool {
         let high = lanes.high.to_array();
         let mut rest = lanes.rest;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % BLOCK_SIZE;
             rest &= rest - 1;
-            if ray.leaves(blocks[index as usize].ids[lane]) {
+            if OWN && ray.leaves(blocks[index as usize].id(lane)) {
                 continue;
             }
             let is_certain = lanes.certain >> lane & 1 == 1 && high[lane] < ray.ray.tmax;
@@ -326,6 +372,7 @@ mod tests {
     use super::*;
     use crate::accel::Quality;
     use crate::accel::native::{is_mesh, items};
+    use crate::math::simd;
     use crate::shape::TriangleMesh;
     use fearless_simd::Level;
 
@@ -381,8 +428,11 @@ mod tests {
         let met = first.iter().filter(|(_, hit)| hit.is_some()).count();
         assert!(met > 5_000 && met < 19_000, "{met}");
         assert!(first.iter().zip(&occluded).all(|((_, hit), &occluded)| hit.is_some() == occluded));
-        assert!(answers(Level::new(), &[]) == (first.clone(), occluded));
         let from: Vec<Hit> = first.iter().map(|&(_, hit)| hit).collect();
-        assert!(answers(Level::new(), &from) == answers(Level::baseline(), &from));
+        let without = answers(Level::baseline(), &from);
+        for level in simd::levels() {
+            assert!(answers(level, &[]) == (first.clone(), occluded.clone()), "{}", simd::name(level));
+            assert!(answers(level, &from) == without, "{}", simd::name(level));
+        }
     }
 }

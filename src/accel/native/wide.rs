@@ -55,7 +55,7 @@ use crate::math::simd;
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
-use glam::Vec4;
+use glam::{BVec4A, Vec4};
 use rayon::prelude::*;
 
 /// Children of a node.
@@ -174,10 +174,14 @@ impl Slab {
     /// Prepares `ray` for a tree whose largest coordinate is `reach`.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, reach: f32) -> Self {
-        let reach = ray.o.abs().max_element() + reach;
+        // The last numbers must be none that make denormal ones, which take a hundred times as long.
+        let [o, d] = ray.halves();
+        let xyz = BVec4A::new(true, true, true, false);
+        let (o, d) = (Vec4::select(xyz, o, Vec4::ZERO), Vec4::select(xyz, d, Vec4::ONE));
+        let largest = |v: Vec4| v.x.abs().max(v.y.abs()).max(v.z.abs());
+        let reach = largest(o) + reach;
         let padding = PADDING_ROUNDINGS * UNIT_ROUNDOFF * reach;
-        let least = ray.d.abs().max_element() * LEAST_COMPONENT;
-        let (o, d) = (ray.o.extend(0.0), ray.d.extend(1.0));
+        let least = largest(d) * LEAST_COMPONENT;
         let size = 1.0 / d.abs().max(Vec4::splat(least));
         let farthest = reach * size;
         // Chosen, not branched to: of a ray nothing is known before.
