@@ -23,7 +23,8 @@
 //! error for n samples, each of which costs time in proportion to the c vertices of its path. So sequences are doubled in the order
 //! of v/cn². Half of v is that of the blocks around, so that what a block has not seen yet, but its neighbours have, counts; and it is
 //! not below a small part of the mean. Where rare bright samples make the error, which shows in how much halves of the samples are
-//! surprised by each other, nobody knows where they will be next: then all blocks have the more of the mean, and in the end the same.
+//! surprised by each other, nobody knows where they will be next: then all blocks have the more of the mean, and in the end the same;
+//! but not where what one sequence says of the error would have helped against what the other says, as at the edge of a lamp.
 
 mod block;
 mod kept;
