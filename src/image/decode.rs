@@ -1,5 +1,6 @@
 //! The bytes of picture files, decoded: the one place that knows the formats that are read.
 
+use super::guarded::guarded;
 use super::raster::{Raster, Samples};
 use crate::error::{Error, Result};
 use crate::files::{Files, Memory};
@@ -46,6 +47,16 @@ pub(super) fn decode(
     raw: bool,
     memory: &Memory,
 ) -> std::result::Result<Decoded, String> {
+    guarded(|| decode_any(bytes, named, raw, memory))
+}
+
+/// The same, but for panics.
+fn decode_any(
+    bytes: &[u8],
+    named: Option<ImageFormat>,
+    raw: bool,
+    memory: &Memory,
+) -> std::result::Result<Decoded, String> {
     /// The first bytes of an OpenEXR file.
     const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
     if bytes.starts_with(&EXR_MAGIC) {
@@ -61,18 +72,22 @@ pub(super) fn decode(
     // The size is checked below, before there is memory for the pixels.
     reader.no_limits();
     let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
-    if format == ImageFormat::Jpeg {
-        check_jpeg(decoder.dimensions(), bytes.len())?;
-    }
+    check_bytes(format, decoder.dimensions(), bytes.len())?;
     decode_with(decoder, raw, memory)
 }
 
-/// An error where so few bytes cannot be a whole JPEG picture of this size: every block of 8×8 pixels has a code of its own, of one bit
-/// at least. Without this a header of some bytes costs the time of the millions of pixels that it claims.
-fn check_jpeg((width, height): (u32, u32), bytes: usize) -> std::result::Result<(), String> {
+/// An error where so few bytes cannot be a whole picture of this size: in JPEG every block of 8×8 pixels has a code of its own, of one bit
+/// at least, and two bytes of a BMP are no more than 255 pixels, but for those that it skips. Without this a header of some bytes costs
+/// the time of the millions of pixels that it claims.
+fn check_bytes(format: ImageFormat, (width, height): (u32, u32), bytes: usize) -> std::result::Result<(), String> {
     const EDGE: u32 = 8;
-    let blocks = u64::from(width.div_ceil(EDGE)) * u64::from(height.div_ceil(EDGE));
-    if blocks > u64::from(u8::BITS) * bytes as u64 {
+    const PIXELS_A_BYTE: u64 = 128;
+    let (units, most_a_byte) = match format {
+        ImageFormat::Jpeg => (u64::from(width.div_ceil(EDGE)) * u64::from(height.div_ceil(EDGE)), u64::from(u8::BITS)),
+        ImageFormat::Bmp => (u64::from(width) * u64::from(height), PIXELS_A_BYTE),
+        _ => return Ok(()),
+    };
+    if units > most_a_byte * bytes as u64 {
         return Err(format!("it is cut off: {width}x{height} pixels are more than {bytes} bytes can hold"));
     }
     Ok(())

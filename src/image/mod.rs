@@ -5,6 +5,7 @@ pub mod compare;
 mod decode;
 mod exr_file;
 mod filter;
+mod guarded;
 mod input;
 mod layers;
 mod output;

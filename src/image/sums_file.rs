@@ -3,6 +3,7 @@
 
 use super::decode::{MAX_PICTURE_BYTES, check_size};
 use super::exr_file::MAX_EXPANSION;
+use super::guarded::guarded;
 use super::{Metadata, Plane};
 use crate::error::{Error, Result};
 use crate::files::Files;
@@ -95,6 +96,11 @@ pub fn read(path: &Path) -> Result<Sums> {
 ///
 /// Fails, with the reason, where [`read`] does.
 pub fn decode(bytes: &[u8]) -> std::result::Result<Sums, String> {
+    guarded(|| decode_any(bytes))
+}
+
+/// The same, but for panics.
+fn decode_any(bytes: &[u8]) -> std::result::Result<Sums, String> {
     const NONE: &str = "this is not a file that a render left with --checkpoint or --shard";
     const DAMAGED: &str = "the file is damaged";
     let meta = exr::meta::MetaData::read_from_buffered(bytes, true).map_err(|_| NONE)?;

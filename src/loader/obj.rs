@@ -198,17 +198,20 @@ fn corner_fault(word: &str, so_far: [i64; 3], totals: [i64; 3]) -> Option<String
     None
 }
 
-/// What is wrong with a corner whose indices the parser would take modulo 2⁶⁴: those that count from the end, and very large ones.
+/// What is wrong with a corner whose indices the parser would take modulo 2⁶⁴: those that count from the end, and very large ones; or
+/// which it might see as several.
 fn unbounded_fault(word: &[u8], so_far: [i64; 3]) -> Option<String> {
     /// Digits of an index that all lists together cannot reach.
     const MANY: usize = 11;
     let is_unbounded = |part: &[u8]| part.starts_with(b"-") || part.len() >= MANY;
-    let has_some = word.split(|&c| c == b'/').any(is_unbounded);
+    let has_some = !word.is_ascii() || word.split(|&c| c == b'/').any(is_unbounded);
     has_some.then(|| corner_fault(&String::from_utf8_lossy(word), so_far, [i64::from(u32::MAX); 3])).flatten()
 }
 
+/// The words of a statement, as the parser separates them, but for spaces that are not ASCII.
 fn words(statement: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
-    statement.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+    const VERTICAL_TAB: u8 = 0x0b;
+    statement.split(|byte| byte.is_ascii_whitespace() || *byte == VERTICAL_TAB).filter(|word| !word.is_empty())
 }
 
 /// The lines of a file; a backslash at the end of one joins the next to it.
@@ -319,6 +322,19 @@ mod tests {
         let told = fault(&format!("{SQUARE}f -4 -3 -5\nv 0 0 1\n")).1;
         assert_eq!(told, "the vertex index -5 is out of range; the file has 5");
         assert!(parse(format!("{SQUARE}f -4 -3 00000000002 # of-a-very-long-word\n").as_bytes(), false).is_ok());
+    }
+
+    /// Else faces would belong to other materials.
+    #[test]
+    fn corners_are_counted_as_the_parser_does() {
+        assert_eq!(
+            fault(&format!("{SQUARE}f 1 2 \u{b}\n")),
+            (Some(5), "a face needs at least three vertices, not 2".into())
+        );
+        assert_eq!(parse(format!("{SQUARE}f 1 2\u{b}3\n").as_bytes(), false).unwrap().0.faces, [[0, 1, 2]]);
+        for space in ['\u{a0}', '\u{2003}'] {
+            assert_eq!(fault(&format!("{SQUARE}f 1 2{space}4 3\n")).0, Some(5));
+        }
     }
 
     #[test]
