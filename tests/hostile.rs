@@ -72,7 +72,7 @@ fn sizes_that_are_lies_ask_for_no_memory() {
         bytes
     };
     let [png, bmp, tga] = ["png", "bmp", "tga"].map(|name| fuzz_seeds::of(name).swap_remove(0));
-    for (side, expected) in [(i32::MAX, "are too many"), (1 << 14, "")] {
+    for side in [i32::MAX, 1 << 14] {
         let [big, little] = [side.to_be_bytes(), side.to_le_bytes()];
         // The header's checksum is wrong then, too, unless it is made right.
         let mut lying = with(&png, 16, &[big, big].concat());
@@ -82,10 +82,15 @@ fn sizes_that_are_lies_ask_for_no_memory() {
         for (kind, bytes) in
             [("png", lying), ("bmp", with(&bmp, 18, &[little, little].concat())), ("hdr", hdr.into_bytes())]
         {
-            let [told, limited] = picture(kind, &bytes);
-            assert!(told.contains(expected) || kind == "bmp", "{kind}: {told}");
-            let limit = "--memory-limit";
-            assert!(limited.contains(if expected.is_empty() { limit } else { "" }), "{kind}: {limited}");
+            let told = picture(kind, &bytes);
+            // How many pixels the bytes of a BMP can be is known; sides that are too long its decoder refuses in its own words.
+            let [expected, limited] = match (kind, side) {
+                ("bmp", i32::MAX) => ["", ""],
+                ("bmp", _) => ["16384x16384 pixels are more than 1138 bytes can hold"; 2],
+                (_, i32::MAX) => ["are too many"; 2],
+                _ => ["", "--memory-limit"],
+            };
+            assert!(told[0].contains(expected) && told[1].contains(limited), "{kind}: {told:?}");
         }
     }
     let [told, limited] = picture("tga", &with(&tga, 12, &[0xff; 4]));
