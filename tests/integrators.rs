@@ -107,6 +107,38 @@ fn agree(row: &Row, description: &SceneDescription, estimators: &[Estimator]) {
     }
 }
 
+/// Plastic, a pane and a ball of glass over a floor, under a sky of 16×8 pixels with a window 100 times as bright as the rest: where
+/// `path` looks for the sky in mirrors, the others do not.
+const GLINTS: &str = r#"<scene version="3.0.0"><integrator type="path"><integer name="max_depth" value="4"/></integrator>
+    <sensor type="perspective"><float name="fov" value="40"/>
+    <transform name="to_world"><lookat origin="0, 2, 6" target="0, 0.6, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="32"/><rfilter type="box"/></film></sensor>
+    <emitter type="envmap"><string name="filename" value="sky.hdr"/></emitter>
+    <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="4"/></transform>
+        <bsdf type="diffuse"/></shape>
+    <shape type="sphere"><point name="center" x="-0.9" y="0.7" z="0"/><float name="radius" value="0.7"/>
+        <bsdf type="plastic"><float name="int_ior" value="1.9"/></bsdf></shape>
+    <shape type="sphere"><point name="center" x="0.9" y="0.7" z="-0.4"/><float name="radius" value="0.7"/>
+        <bsdf type="dielectric"/></shape>
+    <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-50"/><scale value="0.6"/>
+        <translate x="0" y="0.6" z="1.4"/></transform><bsdf type="thindielectric"/></shape></scene>"#;
+
+/// As in [`estimators_agree_with_path_on_every_scene`], with as many samples: two comparisons more.
+#[test]
+fn estimators_agree_where_the_sky_is_seen_in_mirrors() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut map = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n".to_vec();
+    // 0.2, and above and to the left 20.
+    map.extend(
+        (0..128).flat_map(|i| if matches!(i, 36..=38 | 52..=54) { [160, 160, 160, 133] } else { [205, 205, 205, 126] }),
+    );
+    std::fs::write(folder.path().join("sky.hdr"), map).unwrap();
+    let file = folder.path().join("scene.xml");
+    std::fs::write(&file, GLINTS).unwrap();
+    let description = snell::loader::load(&file, &snell::loader::LoadOptions::default()).unwrap();
+    agree(&Row { name: "glints", samples: 64 }, &description, &[Estimator::Nee, Estimator::Bsdf]);
+}
+
 #[test]
 fn every_scene_has_a_row() {
     let rows: Vec<&str> = ROWS.iter().map(|row| row.name).collect();

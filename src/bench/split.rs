@@ -276,9 +276,9 @@ impl Record for Listener<'_> {
                 let technique = if path.vertices == 1 { 0 } else { 2 + usize::from(path.delta) };
                 self.add(radiance, path.vertices, technique, path.lobe);
             }
-            Event::Shadow { ray, radiance, occluded } if !occluded => {
+            Event::Shadow { ray, radiance, delta, occluded } if !occluded => {
                 let lobe = match path.first {
-                    Some(first) if path.vertices == 1 => self.lobe(first, &ray, false),
+                    Some(first) if path.vertices == 1 => self.lobe(first, &ray, delta),
                     _ => path.lobe,
                 };
                 self.add(radiance, path.vertices + 1, 1, lobe);

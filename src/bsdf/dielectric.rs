@@ -43,6 +43,11 @@ impl Dielectric {
         true
     }
 
+    /// See [`super::Bsdf::mirror`].
+    pub(super) fn mirror(&self, wo: Vec3) -> Option<Rgb> {
+        (wo.z > 0.0).then(|| self.reflectance * fresnel::dielectric(wo.z, self.eta).reflectance)
+    }
+
     pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {
         NOTHING
     }

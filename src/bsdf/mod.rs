@@ -323,6 +323,28 @@ impl Bsdf {
         disney::share(true, albedo)
     }
 
+    /// The reflectance of the delta lobe in the direction of `wo`'s mirror image, if there is one beside other lobes and it reflects to
+    /// the outside.
+    pub fn mirror(&self, wo: Vec3) -> Option<Rgb> {
+        match self {
+            Self::Plastic(b) => b.mirror(wo),
+            Self::Dielectric(b) => b.mirror(wo),
+            Self::ThinDielectric(b) => Some(b.mirror(wo)),
+            Self::Diffuse(_)
+            | Self::Conductor(_)
+            | Self::RoughConductor(_)
+            | Self::RoughDielectric(_)
+            | Self::RoughPane(_)
+            | Self::RoughPlastic(_)
+            | Self::Principled(_)
+            | Self::SeenPrincipled(_)
+            | Self::PrincipledThin(_)
+            | Self::OrenNayar(_)
+            | Self::Gltf(_)
+            | Self::Null(_) => None,
+        }
+    }
+
     /// Whether it reflects only, and where a channel of f is zero for one viewer above it, it is for all: so that what one sees
     /// another could see, if with lobes ever so narrow. For the sharing of paths.
     pub fn scatters_everywhere(&self) -> bool {

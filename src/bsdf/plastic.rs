@@ -90,6 +90,11 @@ impl Plastic {
         self.reflectance.mean() * coat.reflectance + self.base.reflectance.mean() * coat.transmittance
     }
 
+    /// See [`super::Bsdf::mirror`].
+    pub(super) fn mirror(&self, wo: Vec3) -> Option<Rgb> {
+        (wo.z > 0.0).then(|| self.reflectance * fresnel::dielectric(wo.z, self.eta).reflectance)
+    }
+
     /// The base's value over the density of cosine-weighted directions, where the coat lets `through` pass to the viewer.
     #[inline]
     fn diffuse(&self, through: f32, wi: Vec3) -> Rgb {

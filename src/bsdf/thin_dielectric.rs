@@ -44,14 +44,25 @@ impl ThinDielectric {
         true
     }
 
+    /// What comes back of all light.
+    #[inline]
+    fn reflected(&self, wo: Vec3) -> f32 {
+        let one = fresnel::dielectric(wo.z.abs(), self.eta).reflectance;
+        2.0 * one / (1.0 + one)
+    }
+
+    /// See [`super::Bsdf::mirror`].
+    pub(super) fn mirror(&self, wo: Vec3) -> Rgb {
+        self.reflectance * self.reflected(wo)
+    }
+
     pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {
         NOTHING
     }
 
     #[inline]
     pub(super) fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
-        let one = fresnel::dielectric(wo.z.abs(), self.eta).reflectance;
-        let (wi, weight) = if u.lobe() < 2.0 * one / (1.0 + one) {
+        let (wi, weight) = if u.lobe() < self.reflected(wo) {
             (Vec3::new(-wo.x, -wo.y, wo.z), self.reflectance)
         } else {
             (-wo, self.transmittance)

@@ -64,17 +64,17 @@ impl Candidates {
 
 /// A light sample that may count.
 #[derive(Clone, Copy, Debug)]
-struct Candidate {
+pub(super) struct Candidate {
     /// Unit vector towards the light.
-    wi: Vec3,
+    pub(super) wi: Vec3,
     /// Where that ends on it.
-    end: Option<End>,
+    pub(super) end: Option<End>,
     /// What that is a point of.
-    on: Hit,
+    pub(super) on: Hit,
     /// What it adds then: weighted radiance, throughput included.
-    radiance: Rgb,
+    pub(super) radiance: Rgb,
     /// Multiple-importance weight.
-    weight: f32,
+    pub(super) weight: f32,
 }
 
 /// Light samples of a wave that wait to know whether they are visible.
@@ -95,6 +95,11 @@ struct Pending {
 }
 
 impl Shadows {
+    /// Whether none waits.
+    pub(super) fn is_empty(&self) -> bool {
+        self.pending.is_empty()
+    }
+
     /// The paths of a wave whose light samples wait, in order, and the directions of those, of any length.
     pub(super) fn directions(&self) -> impl Iterator<Item = (u32, Vec3)> {
         self.pending.iter().zip(&self.rays).map(|(pending, ray)| (pending.path, ray.d))
@@ -241,7 +246,7 @@ impl Walker<'_> {
 
     /// Has it looked whether a light sample is visible.
     #[inline(always)]
-    fn look_for<T: Technique>(
+    pub(super) fn look_for<T: Technique>(
         &self,
         (path, hit, id): (&PathState, Hit, u32),
         surface: &Surface<'_>,
@@ -260,10 +265,10 @@ impl Walker<'_> {
         shadows.pending.push(Pending { path: id, radiance });
     }
 
-    /// Counts the light samples that nothing hides.
+    /// Counts the light samples that nothing hides; `delta`: of delta lobes.
     pub(super) fn resolve_shadows(
         &self,
-        shadows: &mut Shadows,
+        (shadows, delta): (&mut Shadows, bool),
         paths: &mut [PathState],
         record: &mut impl Record,
         counts: &mut RayCounts,
@@ -277,7 +282,7 @@ impl Walker<'_> {
         for ((pending, &occluded), &ray) in pending.iter().zip(&*occluded).zip(&*rays) {
             let path = &mut paths[pending.path as usize];
             record.at(|| path.id);
-            record.event(Event::Shadow { ray, radiance: path.carried * pending.radiance, occluded });
+            record.event(Event::Shadow { ray, radiance: path.carried * pending.radiance, delta, occluded });
             if !occluded {
                 path.radiance += pending.radiance;
             }

@@ -13,6 +13,8 @@ use glam::{DVec3, Vec3};
 pub(super) enum Segment {
     /// From the camera, or by a delta lobe: no light could have been sampled instead.
     Delta,
+    /// The same in a mirror in which the sky has been looked for ([`super::glint`]): its map does not count again.
+    Mirror,
     /// By a bsdf with a density, from a vertex that sampled lights too (if the technique does).
     Smooth {
         /// Density of the direction.

@@ -37,6 +37,8 @@ pub enum Event {
         ray: Ray,
         /// What it adds if it is: weighted radiance, throughput and absorption on the way included.
         radiance: Rgb,
+        /// It lies where a delta lobe scatters to: no other direction would have been sampled.
+        delta: bool,
         /// Something is in the way.
         occluded: bool,
     },

@@ -93,6 +93,8 @@ pub(super) struct Wave {
     hits: Vec<Hit>,
     /// Light samples that wait to know whether they are visible.
     shadows: Shadows,
+    /// The sky in mirrors, the same, if there are both.
+    glints: Shadows,
     /// What was looked at ahead, if the scene does.
     ahead: Ahead,
     /// Room for the layers of one surface.
@@ -157,7 +159,10 @@ impl Walker<'_> {
                 if let Some(reuse) = &mut wave.reuse {
                     reuse.sampled(vertex, &mut wave.paths, wave.shadows.directions());
                 }
-                self.resolve_shadows(&mut wave.shadows, &mut wave.paths, record, counts);
+                self.resolve_shadows((&mut wave.shadows, false), &mut wave.paths, record, counts);
+                if !wave.glints.is_empty() {
+                    self.resolve_shadows((&mut wave.glints, true), &mut wave.paths, record, counts);
+                }
                 if let Some(reuse) = &mut wave.reuse {
                     reuse.passed(vertex, &mut wave.paths);
                 }
@@ -336,7 +341,12 @@ impl Walker<'_> {
                 self.sample_light::<T>(from, &surface, numbers, &mut wave.shadows, record);
             }
         }
-        self.go_on::<T>(path, &surface, (hit, met), bsdf_numbers, record);
+        // What such a lobe of a vertex that others may use finds is a matter of its own: it does without.
+        let mirrored = self.has_glints::<T>()
+            && surface.bsdf.lobes().delta
+            && !(path.depth == 2 && wave.reuse.is_some())
+            && self.look_for_glint::<T>((&*path, hit, id), &surface, &mut wave.glints, record);
+        self.go_on::<T>(path, &surface, (hit, met), (bsdf_numbers, mirrored), record);
     }
 
     /// Whether something absorbs light inside of it.
@@ -362,14 +372,15 @@ impl Walker<'_> {
         }
     }
 
-    /// Sends a path on from a surface by its bsdf, or ends it. It had `met` something before.
+    /// Sends a path on from a surface by its bsdf, or ends it. It had `met` something before; `mirrored`: the sky in its mirror has
+    /// been looked for.
     #[inline(always)]
     fn go_on<T: Technique>(
         &self,
         path: &mut PathState,
         surface: &Surface<'_>,
         (hit, met): (Hit, bool),
-        uniforms: BsdfUniforms,
+        (uniforms, mirrored): (BsdfUniforms, bool),
         record: &mut impl Record,
     ) {
         let wo = surface.frame.to_local(surface.wo);
@@ -389,7 +400,7 @@ impl Walker<'_> {
                     // Straight through: as if there were nothing, as far as alpha goes.
                     path.met = met;
                 }
-                Segment::Delta
+                if mirrored && wo.z * sample.wi.z > 0.0 { Segment::Mirror } else { Segment::Delta }
             }
         };
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));
@@ -412,7 +423,7 @@ impl Walker<'_> {
             path.radiance = before;
             return end(path, "the throughput is not finite", record);
         }
-        let delta = matches!(path.segment, Segment::Delta);
+        let delta = !matches!(path.segment, Segment::Smooth { .. });
         if path.depth < self.limits.rr_depth {
             return record.event(Event::Scattered { throughput: before, survival: 1.0, delta });
         }
@@ -441,6 +452,7 @@ impl Walker<'_> {
         for index in self.scene.infinite_lights.iter().map(|i| *i as usize) {
             let (radiance, pdf) = match &self.scene.lights[index] {
                 Light::Constant(light) => (light.radiance, light.pdf(path.ray.d, n, T::COMBINES)),
+                Light::Environment(_) if matches!(path.segment, Segment::Mirror) => continue,
                 Light::Environment(light) => light.seen(&{ path.ray.d }, n, T::COMBINES),
                 _ => continue,
             };
@@ -506,7 +518,7 @@ impl Walker<'_> {
         record: &mut impl Record,
     ) {
         let weight = match path.segment {
-            Segment::Delta => 1.0,
+            Segment::Delta | Segment::Mirror => 1.0,
             Segment::Smooth { pdf: bsdf, from, n } => {
                 let receiver = || Receiver { p: from.as_vec3(), n };
                 let light = match T::SAMPLES_LIGHTS {

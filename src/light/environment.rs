@@ -153,6 +153,11 @@ impl EnvironmentLight {
         self.brightest * self.scale
     }
 
+    /// Mean luminance of the radiance over all directions.
+    pub fn mean_luminance(&self) -> f32 {
+        self.scale * self.mean as f32
+    }
+
     /// Mean luminance of the irradiance over all directions that a surface may face: a quarter of the integral over the sphere.
     pub(super) fn mean_irradiance(&self) -> f64 {
         std::f64::consts::PI * f64::from(self.scale) * self.mean

@@ -140,3 +140,29 @@ fn an_interface_without_contrast_is_not_there() {
         }
     }
 }
+
+/// The mean of what delta samples weigh is the reflectance that is told of their lobe, but for one or two strata of the numbers that
+/// choose lobes, and they go where it is said to be.
+#[test]
+fn mirrors_reflect_what_their_samples_do() {
+    const SAMPLES: u32 = 1024;
+    let sampler = Sampler { kind: SamplerKind::Stratified { samples: SAMPLES }, seed: 5 };
+    let mut told = 0;
+    for row in table() {
+        for wo in directions(true) {
+            let Some(Rgb(mirror)) = row.bsdf.mirror(wo) else { continue };
+            let (mut sum, mut most) = (Vec3::ZERO, 0.0);
+            for sample in (0..SAMPLES).filter_map(|i| row.bsdf.sample(wo, sampler.stream(0, 0, i).bsdf(0))) {
+                if sample.pdf.is_none() && sample.wi.z * wo.z > 0.0 {
+                    assert_eq!(sample.wi, Vec3::new(-wo.x, -wo.y, wo.z), "{}", row.name);
+                    sum += sample.weight.0;
+                    most = f32::max(most, sample.weight.max_component());
+                }
+            }
+            let off = (sum / SAMPLES as f32 - mirror).abs().max_element();
+            assert!(off <= 2.0 * most / SAMPLES as f32, "{}, wo {wo}: {mirror}, off by {off}", row.name);
+            told += 1;
+        }
+    }
+    assert!(told > 20, "{told}");
+}

@@ -86,7 +86,7 @@ pub(super) fn part(all: &mut [Apart], paths: &mut [PathState]) {
         apart.light = std::mem::replace(&mut path.radiance, Rgb::BLACK);
         if path.alive {
             apart.onwards = path.ray.d;
-            apart.by_delta = matches!(path.segment, Segment::Delta);
+            apart.by_delta = !matches!(path.segment, Segment::Smooth { .. });
             apart.scattered = std::mem::replace(&mut path.throughput, Rgb::WHITE);
             path.carried *= apart.scattered;
         }
