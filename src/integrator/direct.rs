@@ -107,17 +107,26 @@ impl Shadows {
 }
 
 impl Walker<'_> {
-    /// Samples one light for the path `id` of a wave, which is on `hit`.
+    /// Samples one light for the path `id` of a wave, which is on `hit`, a surface that scatters on the side of `n`. If the sample of the
+    /// only light is known nothing else is asked.
     #[inline(always)]
     pub(super) fn sample_light<T: Technique>(
         &self,
         (path, hit, id): (&PathState, Hit, u32),
-        surface: &Surface<'_>,
-        u: LightUniforms,
+        (surface, n): (&Surface<'_>, Vec3),
+        (known, u): (Option<Option<LightSample>>, impl FnOnce() -> LightUniforms),
         shadows: &mut Shadows,
         record: &mut impl Record,
     ) {
-        let n = receiving_normal::<T>(surface);
+        if let Some(known) = known {
+            if let Some(sample) = known
+                && let Some(candidate) = self.weigh::<T>(path, (surface, None), &sample, 1.0)
+            {
+                self.look_for::<T>((path, hit, id), surface, &candidate, shadows, record);
+            }
+            return;
+        }
+        let u = u();
         let receiver = || Receiver { p: surface.p().as_vec3(), n };
         let chosen = match T::Variant::ANY_LIGHTS {
             true => self.scene.light_sampler.sample(receiver, || u.choice()),

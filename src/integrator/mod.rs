@@ -25,6 +25,7 @@ mod path_state;
 pub mod record;
 mod reuse;
 mod technique;
+mod together;
 mod trial;
 pub mod variant;
 mod wave;

@@ -16,12 +16,13 @@ use super::path_state::{NOTHING_INSIDE, PathState, Segment};
 use super::record::{Event, Record};
 use super::reuse::{Group, Reuse};
 use super::technique::Technique;
+use super::together::Together;
 use super::variant::Variant;
 use crate::accel::{Hit, Start};
 use crate::camera::Camera;
 use crate::facts::{Feature, has};
 use crate::film::SampleId;
-use crate::light::{Light, Receiver, VaryingLight};
+use crate::light::{AreaLight, Light, Quad, Receiver, VaryingLight};
 use crate::material::Layer;
 use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
@@ -97,6 +98,8 @@ pub(super) struct Wave {
     glints: Shadows,
     /// What was looked at ahead, if the scene does.
     ahead: Ahead,
+    /// Light that was sampled for many at once, if the scene lets that be.
+    together: Box<Together>,
     /// Room for the layers of one surface.
     layers: Vec<Layer>,
     /// What neighbours share, if they do.
@@ -155,7 +158,7 @@ impl Walker<'_> {
                     self.trace(&mut wave, false, counts);
                 }
                 self.draw::<T>(&mut wave, vertex);
-                self.advance_all::<T>(&mut wave, record);
+                self.advance_all::<T>(&mut wave, vertex, record);
                 if let Some(reuse) = &mut wave.reuse {
                     reuse.sampled(vertex, &mut wave.paths, wave.shadows.directions());
                 }
@@ -267,8 +270,9 @@ impl Walker<'_> {
     }
 
     /// One vertex of every path.
-    fn advance_all<T: Technique>(&self, wave: &mut Wave, record: &mut impl Record) {
+    fn advance_all<T: Technique>(&self, wave: &mut Wave, vertex: u32, record: &mut impl Record) {
         let looks_ahead = T::Variant::ANY_MATERIALS && self.scene.looks_ahead();
+        let quad = self.only_quad::<T>(vertex);
         with_avx2(
             self.level,
             #[inline(always)]
@@ -281,17 +285,43 @@ impl Walker<'_> {
                         let ray = |i: usize| &paths[active[start + i] as usize].ray;
                         self.scene.look_ahead(&hits[some.clone()], ray, ahead);
                     }
+                    if let Some((_, quad)) = quad {
+                        let Wave { paths, active, hits, ahead, together, light_numbers, .. } = &mut *wave;
+                        let ray = |i: usize| &paths[active[start + i] as usize].ray;
+                        let u = |i: usize| light_numbers.light(start + i).point();
+                        let hits = (&hits[some.clone()], looks_ahead.then_some(&*ahead));
+                        together.sample(self.scene, quad, hits, ray, u);
+                    }
                     for index in some {
-                        self.advance::<T>(wave, index, record);
+                        self.advance::<T>(wave, index, quad, record);
                     }
                 }
             },
         );
     }
 
-    /// One vertex of one path: light found, light sampled, bsdf sampled, roulette.
+    /// The only light, if it is a quad and all paths sample it once at vertex `vertex` (counted from 0).
     #[inline(always)]
-    fn advance<T: Technique>(&self, wave: &mut Wave, index: usize, record: &mut impl Record) {
+    fn only_quad<T: Technique>(&self, vertex: u32) -> Option<(&AreaLight, &Quad)> {
+        let once = vertex > 0 || self.candidates.count == 1;
+        match &self.scene.lights[..] {
+            [Light::Area(light)] if !T::Variant::ANY_LIGHTS && once && vertex + 1 < self.limits.max_depth => {
+                light.quad().map(|quad| (light, quad))
+            }
+            _ => None,
+        }
+    }
+
+    /// One vertex of one path: light found, light sampled, bsdf sampled, roulette. Light was sampled already if there is but one
+    /// `quad`.
+    #[inline(always)]
+    fn advance<T: Technique>(
+        &self,
+        wave: &mut Wave,
+        index: usize,
+        quad: Option<(&AreaLight, &Quad)>,
+        record: &mut impl Record,
+    ) {
         let id = wave.active[index];
         let (hit, path) = (wave.hits[index], &mut wave.paths[id as usize]);
         path.depth += 1;
@@ -310,9 +340,10 @@ impl Walker<'_> {
             return end(path, "the depth limit", record);
         }
         let looked_at = || wave.ahead.met(index % AHEAD);
+        let point = if quad.is_some() { wave.together.point(index % AHEAD) } else { None };
         let surface = match (T::Variant::ANY_MATERIALS, self.scene.regularizes()) {
-            (false, _) => self.scene.plain_surface(&path.ray, hit),
-            (true, false) => self.scene.surface_looked_at(&path.ray, hit, looked_at, &mut wave.layers),
+            (false, _) => self.scene.plain_surface((&path.ray, hit, point)),
+            (true, false) => self.scene.surface_looked_at((&path.ray, hit, point), looked_at, &mut wave.layers),
             (true, true) => self.regularized(path, hit, looked_at(), &mut wave.layers),
         };
         if self.absorbs::<T>() {
@@ -337,8 +368,10 @@ impl Walker<'_> {
                 let numbers = (&wave.light_numbers, index, bsdf_numbers.roulette());
                 self.sample_candidates::<T>(from, &surface, numbers, &mut wave.shadows, record);
             } else {
-                let numbers = wave.light_numbers.light(index);
-                self.sample_light::<T>(from, &surface, numbers, &mut wave.shadows, record);
+                let n = receiving_normal::<T>(&surface);
+                let known = quad.and_then(|(light, quad)| wave.together.light(light, quad, index % AHEAD, n));
+                let numbers = || wave.light_numbers.light(index);
+                self.sample_light::<T>(from, (&surface, n), (known, numbers), &mut wave.shadows, record);
             }
         }
         // What such a lobe of a vertex that others may use finds is a matter of its own: it does without.
@@ -367,7 +400,7 @@ impl Walker<'_> {
     ) -> Surface<'s> {
         path.scattered |= matches!(path.segment, Segment::Smooth { .. });
         match path.scattered {
-            false => self.scene.surface_looked_at(&path.ray, hit, || met, layers),
+            false => self.scene.surface_looked_at((&path.ray, hit, None), || met, layers),
             true => self.scene.rougher_surface(&path.ray, hit, met, layers),
         }
     }

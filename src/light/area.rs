@@ -2,7 +2,7 @@
 
 use super::cap::Cap;
 use super::circle::Circle;
-use super::quad::Quad;
+use super::quad::{Found, Quad, Receivers};
 use super::triangles::Triangles;
 use super::{End, LightSample};
 use crate::sampling::distribution::Discrete;
@@ -64,9 +64,10 @@ impl AreaLight {
     #[inline(always)]
     pub(super) fn sample(&self, surface: &Shape, p: DVec3, n: Vec3, u: Vec2) -> Option<LightSample> {
         match (surface, &self.points) {
-            (Shape::Mesh(mesh), Points::Quad(quad)) => {
-                let (face, end, pdf) = quad.sample(mesh, p, n, u);
-                self.towards_by(p, |d2, cos| pdf.to_solid_angle(d2, cos), end, face)
+            (_, Points::Quad(quad)) => {
+                let mut receiver = Receivers::<1>::default();
+                receiver.put(0, p, n, u);
+                self.found(quad, &quad.sample(&receiver), 0)
             }
             (Shape::Mesh(mesh), Points::Few(few)) => self.sample_few(mesh, few, &p, u),
             (Shape::Mesh(mesh), Points::Many(triangles)) => {
@@ -78,6 +79,29 @@ impl AreaLight {
             (Shape::Sphere(sphere), _) => self.sample_sphere(sphere, &p, u),
             (quadric, _) => self.sample_quadric(quadric, &p, u),
         }
+    }
+
+    /// What it is if it is a quad.
+    #[inline]
+    pub fn quad(&self) -> Option<&Quad> {
+        if let Points::Quad(quad) = &self.points { Some(quad) } else { None }
+    }
+
+    /// What the receiver in this lane has found, which asked for a point of `quad`, what this is.
+    #[inline(always)]
+    pub fn found<const L: usize>(&self, quad: &Quad, found: &Found<L>, lane: usize) -> Option<LightSample> {
+        let pdf = found.pdf[lane];
+        // A density beyond all numbers belongs to a light too small and near to be told from a point.
+        (pdf > 0.0 && pdf.is_finite() && !self.radiance.is_black()).then(|| {
+            let (face, end) = quad.point(found, lane);
+            LightSample {
+                wi: Vec3::new(found.wi[0][lane], found.wi[1][lane], found.wi[2][lane]),
+                radiance: self.radiance,
+                pdf: Some(SolidAnglePdf(pdf)),
+                end: Some(End::Point(end)),
+                on: Hit { shape: self.shape, primitive: face },
+            }
+        })
     }
 
     #[inline(never)]

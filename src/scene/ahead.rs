@@ -44,6 +44,13 @@ pub struct Ahead {
     lookups: Vec<Lookup>,
 }
 
+impl<'a> LookedAt<'a> {
+    /// Where it is.
+    pub fn point(&self) -> &'a ShapePoint {
+        &self.met.shape
+    }
+}
+
 impl Ahead {
     /// Where hit number `index` of those looked at is, unless its material is the same everywhere.
     #[inline]

@@ -122,19 +122,40 @@ impl Scene {
     /// `layers` is room for the layers of a material that varies; what is in it does not matter.
     #[inline(always)]
     pub fn surface<'a>(&'a self, ray: &Ray, hit: Hit, layers: &'a mut Vec<Layer>) -> Surface<'a> {
-        self.surface_looked_at(ray, hit, || None, layers)
+        self.surface_looked_at((ray, hit, None), || None, layers)
     }
 
-    /// The same where [`Self::look_ahead`] may have looked at the hit and found `met`, which is asked only if it can have.
+    /// The same where the point may be known ([`Self::receiver`]), and [`Self::look_ahead`] may have looked at the hit and found
+    /// `met`, which is asked only if it can have.
     #[inline(always)]
     pub fn surface_looked_at<'a, 'm>(
         &'a self,
-        ray: &Ray,
-        hit: Hit,
+        at: (&Ray, Hit, Option<&ShapePoint>),
         met: impl FnOnce() -> Option<LookedAt<'m>>,
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
-        self.surface_of(&self.materials, (ray, hit), met, layers)
+        self.surface_of(&self.materials, at, met, layers)
+    }
+
+    /// The point where `ray` meets a surface whose material is the same everywhere, and the normal on whose side that scatters there,
+    /// zero where it lets light through. Of others, if the point is known from looking ahead, that and the side it is shaded on, which
+    /// may be another one.
+    #[inline(always)]
+    pub fn receiver(&self, ray: &Ray, hit: Hit, met: Option<&ShapePoint>) -> Option<(ShapePoint, Vec3)> {
+        if let Some(point) = met {
+            return Some((*point, point.shading_normal));
+        }
+        let Material::Plain(sides) = &self.materials[self.appearances[hit.shape as usize].material as usize] else {
+            return None;
+        };
+        let point = match &self.shapes[hit.shape as usize] {
+            Shape::Mesh(mesh) => mesh.meet(ray, hit.primitive),
+            other => other.meet(ray, hit.primitive),
+        };
+        let n = point.shading_normal;
+        let (bsdf, mirrored) = sides.seen_from(-n.dot(ray.d));
+        let n = if has(Feature::Transmission, bsdf.lobes().transmits) { Vec3::ZERO } else { n };
+        Some((point, if mirrored { -n } else { n }))
     }
 
     /// The same as paths meet it that are regularized, of which the scene must know.
@@ -146,7 +167,7 @@ impl Scene {
         met: Option<LookedAt<'_>>,
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
-        self.surface_of(&self.rougher, (ray, hit), || met, layers)
+        self.surface_of(&self.rougher, (ray, hit, None), || met, layers)
     }
 
     /// The surface, of one of these materials.
@@ -154,7 +175,7 @@ impl Scene {
     fn surface_of<'a, 'm>(
         &'a self,
         materials: &'a [Material],
-        (ray, hit): (&Ray, Hit),
+        (ray, hit, known): (&Ray, Hit, Option<&ShapePoint>),
         met: impl FnOnce() -> Option<LookedAt<'m>>,
         layers: &'a mut Vec<Layer>,
     ) -> Surface<'a> {
@@ -165,7 +186,7 @@ impl Scene {
             Material::Plain(sides) => sides,
             Material::Varying(graph) => return self.varying_surface(ray, hit, met(), graph, layers),
         };
-        let mut surface = self.surface_by(ray, hit, appearance, material);
+        let mut surface = self.surface_by((ray, hit, known), appearance, material);
         has(Feature::Tangents, appearance.tangents.is_some());
         if let Some(field) = appearance.tangents {
             surface.frame = self.anisotropic_frame(field, hit.primitive, surface.frame.n, surface.point);
@@ -176,16 +197,24 @@ impl Scene {
     /// The same in a scene none of whose materials is worked out at each point or depends on tangents, so that nothing of that is
     /// here.
     #[inline(always)]
-    pub fn plain_surface(&self, ray: &Ray, hit: Hit) -> Surface<'_> {
-        let appearance = self.appearances[hit.shape as usize];
+    pub fn plain_surface(&self, at: (&Ray, Hit, Option<&ShapePoint>)) -> Surface<'_> {
+        let appearance = self.appearances[at.1.shape as usize];
         match &self.materials[appearance.material as usize] {
-            Material::Plain(sides) => self.surface_by(ray, hit, appearance, sides),
+            Material::Plain(sides) => self.surface_by(at, appearance, sides),
             Material::Varying(_) => unreachable!("the scene has no material that varies"),
         }
     }
 
     #[inline(always)]
-    fn surface_by<'a>(&'a self, ray: &Ray, hit: Hit, appearance: Appearance, material: &'a Sides) -> Surface<'a> {
+    fn surface_by<'a>(
+        &'a self,
+        (ray, hit, known): (&Ray, Hit, Option<&ShapePoint>),
+        appearance: Appearance,
+        material: &'a Sides,
+    ) -> Surface<'a> {
+        if let Some(point) = known {
+            return Surface::new(*point, -ray.d, material, appearance.light);
+        }
         let shape = &self.shapes[hit.shape as usize];
         has(Feature::Quadrics, shape.is_quadric());
         has(Feature::Instances, matches!(shape, Shape::Placed(_)));
