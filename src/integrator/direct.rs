@@ -21,7 +21,7 @@ use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
 use crate::bsdf::Seen;
 use crate::facts::{Feature, has};
-use crate::light::{End, Light, LightSample, Receiver, TOGETHER};
+use crate::light::{End, FoundSky, Light, LightSample, Receiver};
 use crate::material::{Layer, Scatter};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
@@ -165,17 +165,13 @@ impl Walker<'_> {
                 if Feature::Environment.is_built()
                     && let [Light::Environment(light)] = &self.scene.lights[..]
                 {
-                    let mut uniforms = uniforms;
-                    let mut left = count;
-                    while left > 0 {
-                        let (mut points, mut samples) = ([Vec2::ZERO; TOGETHER], [None; TOGETHER]);
-                        let some = left.min(TOGETHER);
-                        points.iter_mut().zip(uniforms.by_ref()).for_each(|(point, u)| *point = u.point());
-                        light.sample_all(n, &points[..some], T::COMBINES, &mut samples);
-                        for sample in samples[..some].iter().flatten() {
-                            candidates.extend(self.weigh::<T>(from.0, (surface, Some(&seen)), sample, count as f32));
-                        }
-                        left -= some;
+                    let points: [Vec2; MOST_CANDIDATES as usize] = std::array::from_fn(|i| {
+                        if i < count { numbers.light(index * count + i).point() } else { Vec2::ZERO }
+                    });
+                    let mut found = FoundSky::<{ MOST_CANDIDATES as usize }>::NONE;
+                    light.sample_all(count, |i| Some((n, points[i])), T::COMBINES, &mut found);
+                    for sample in (0..count).filter_map(|i| found.sample(i)) {
+                        candidates.extend(self.weigh::<T>(from.0, (surface, Some(&seen)), &sample, count as f32));
                     }
                     return;
                 }

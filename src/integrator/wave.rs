@@ -16,13 +16,13 @@ use super::path_state::{NOTHING_INSIDE, PathState, Segment};
 use super::record::{Event, Record};
 use super::reuse::{Group, Reuse};
 use super::technique::Technique;
-use super::together::Together;
+use super::together::{Only, Together};
 use super::variant::Variant;
 use crate::accel::{Hit, Start};
 use crate::camera::Camera;
 use crate::facts::{Feature, has};
 use crate::film::SampleId;
-use crate::light::{AreaLight, Light, Quad, Receiver, VaryingLight};
+use crate::light::{Light, Receiver, VaryingLight};
 use crate::material::Layer;
 use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
@@ -162,10 +162,7 @@ impl Walker<'_> {
                 if let Some(reuse) = &mut wave.reuse {
                     reuse.sampled(vertex, &mut wave.paths, wave.shadows.directions());
                 }
-                self.resolve_shadows((&mut wave.shadows, false), &mut wave.paths, record, counts);
-                if !wave.glints.is_empty() {
-                    self.resolve_shadows((&mut wave.glints, true), &mut wave.paths, record, counts);
-                }
+                self.resolve(&mut wave, record, counts);
                 if let Some(reuse) = &mut wave.reuse {
                     reuse.passed(vertex, &mut wave.paths);
                 }
@@ -182,6 +179,14 @@ impl Walker<'_> {
                 record.event(Event::Finished { radiance: path.radiance });
                 sink.finished(index, path);
             }
+        }
+    }
+
+    /// Counts what nothing hides of the light that was looked for at a vertex.
+    fn resolve(&self, wave: &mut Wave, record: &mut impl Record, counts: &mut RayCounts) {
+        self.resolve_shadows((&mut wave.shadows, false), &mut wave.paths, record, counts);
+        if !wave.glints.is_empty() {
+            self.resolve_shadows((&mut wave.glints, true), &mut wave.paths, record, counts);
         }
     }
 
@@ -272,7 +277,7 @@ impl Walker<'_> {
     /// One vertex of every path.
     fn advance_all<T: Technique>(&self, wave: &mut Wave, vertex: u32, record: &mut impl Record) {
         let looks_ahead = T::Variant::ANY_MATERIALS && self.scene.looks_ahead();
-        let quad = self.only_quad::<T>(vertex);
+        let only = self.only_light::<T>(vertex);
         with_avx2(
             self.level,
             #[inline(always)]
@@ -285,43 +290,33 @@ impl Walker<'_> {
                         let ray = |i: usize| &paths[active[start + i] as usize].ray;
                         self.scene.look_ahead(&hits[some.clone()], ray, ahead);
                     }
-                    if let Some((_, quad)) = quad {
+                    if let Some(light) = only {
                         let Wave { paths, active, hits, ahead, together, light_numbers, .. } = &mut *wave;
                         let ray = |i: usize| &paths[active[start + i] as usize].ray;
                         let u = |i: usize| light_numbers.light(start + i).point();
                         let hits = (&hits[some.clone()], looks_ahead.then_some(&*ahead));
-                        together.sample(self.scene, quad, hits, ray, u);
+                        together.sample::<T::Variant>((self.scene, light, T::COMBINES), hits, ray, u);
                     }
                     for index in some {
-                        self.advance::<T>(wave, index, quad, record);
+                        self.advance::<T>(wave, index, only, record);
                     }
                 }
             },
         );
     }
 
-    /// The only light, if it is a quad and all paths sample it once at vertex `vertex` (counted from 0).
+    /// The only light, if it can be sampled for many at once and all paths sample it once at vertex `vertex` (counted from 0).
     #[inline(always)]
-    fn only_quad<T: Technique>(&self, vertex: u32) -> Option<(&AreaLight, &Quad)> {
+    fn only_light<T: Technique>(&self, vertex: u32) -> Option<Only<'_>> {
         let once = vertex > 0 || self.candidates.count == 1;
-        match &self.scene.lights[..] {
-            [Light::Area(light)] if !T::Variant::ANY_LIGHTS && once && vertex + 1 < self.limits.max_depth => {
-                light.quad().map(|quad| (light, quad))
-            }
-            _ => None,
-        }
+        let samples = T::SAMPLES_LIGHTS && once && vertex + 1 < self.limits.max_depth;
+        if samples { Only::of::<T::Variant>(&self.scene.lights) } else { None }
     }
 
-    /// One vertex of one path: light found, light sampled, bsdf sampled, roulette. Light was sampled already if there is but one
-    /// `quad`.
+    /// One vertex of one path: light found, light sampled, bsdf sampled, roulette. Light was sampled already if there is but one,
+    /// `only`.
     #[inline(always)]
-    fn advance<T: Technique>(
-        &self,
-        wave: &mut Wave,
-        index: usize,
-        quad: Option<(&AreaLight, &Quad)>,
-        record: &mut impl Record,
-    ) {
+    fn advance<T: Technique>(&self, wave: &mut Wave, index: usize, only: Option<Only<'_>>, record: &mut impl Record) {
         let id = wave.active[index];
         let (hit, path) = (wave.hits[index], &mut wave.paths[id as usize]);
         path.depth += 1;
@@ -340,7 +335,7 @@ impl Walker<'_> {
             return end(path, "the depth limit", record);
         }
         let looked_at = || wave.ahead.met(index % AHEAD);
-        let point = if quad.is_some() { wave.together.point(index % AHEAD) } else { None };
+        let point = if only.is_some() { wave.together.point(index % AHEAD) } else { None };
         let surface = match (T::Variant::ANY_MATERIALS, self.scene.regularizes()) {
             (false, _) => self.scene.plain_surface((&path.ray, hit, point)),
             (true, false) => self.scene.surface_looked_at((&path.ray, hit, point), looked_at, &mut wave.layers),
@@ -369,7 +364,7 @@ impl Walker<'_> {
                 self.sample_candidates::<T>(from, &surface, numbers, &mut wave.shadows, record);
             } else {
                 let n = receiving_normal::<T>(&surface);
-                let known = quad.and_then(|(light, quad)| wave.together.light(light, quad, index % AHEAD, n));
+                let known = only.and_then(|light| wave.together.light::<T::Variant>(light, index % AHEAD, n));
                 let numbers = || wave.light_numbers.light(index);
                 self.sample_light::<T>(from, (&surface, n), (known, numbers), &mut wave.shadows, record);
             }

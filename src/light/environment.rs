@@ -70,36 +70,60 @@ struct Map {
     density: f32,
 }
 
-/// Numbers that are looked for together: as many as light samples at the first hit.
-pub const TOGETHER: usize = 4;
-
-/// The nodes around a cell, and the uniform numbers that pick a point between them.
+/// Directions that were sampled, by lane.
 #[derive(Clone, Copy, Debug)]
-struct Corners {
-    /// Of the row nearer to a pole, and of the next.
-    near: [Vec4; 2],
-    far: [Vec4; 2],
-    column: u32,
-    /// Rows from that pole, and whether it is the lower one.
-    step: u32,
-    below: bool,
-    u: f32,
-    v: f32,
-    /// [`Cell::factor`].
-    factor: f32,
+pub struct FoundSky<const L: usize> {
+    /// Unit vectors towards the sky, by coordinate.
+    wi: [[f32; L]; 3],
+    radiance: [Rgb; L],
+    /// Densities in sr⁻¹.
+    pdf: [f32; L],
 }
 
-impl Corners {
+impl<const L: usize> FoundSky<L> {
+    /// To be overwritten.
+    pub const NONE: Self = Self { wi: [[0.0; L]; 3], radiance: [Rgb::BLACK; L], pdf: [0.0; L] };
+
+    /// What is in this lane.
+    #[inline(always)]
+    pub fn sample(&self, lane: usize) -> Option<LightSample> {
+        let (radiance, pdf) = (self.radiance[lane], self.pdf[lane]);
+        (pdf > 0.0 && pdf.is_finite() && !radiance.is_black()).then(|| LightSample {
+            wi: Vec3::new(self.wi[0][lane], self.wi[1][lane], self.wi[2][lane]),
+            radiance,
+            pdf: Some(SolidAnglePdf(pdf)),
+            end: None,
+            on: Hit::NONE,
+        })
+    }
+}
+
+/// The nodes around cells, and the uniform numbers that pick points between them, by lane.
+struct Corners<const L: usize> {
+    /// Of the row nearer to a pole, and of the next.
+    near: [[Vec4; 2]; L],
+    far: [[Vec4; 2]; L],
+    /// Their weights.
+    weights: [[f32; L]; 4],
+    column: [f32; L],
+    /// Rows from that pole, and the sign of the pole's cosine.
+    step: [f32; L],
+    pole: [f32; L],
+    u: [f32; L],
+    v: [f32; L],
+}
+
+impl<const L: usize> Corners<L> {
     /// To be overwritten.
     const NONE: Self = Self {
-        near: [Vec4::ZERO; 2],
-        far: [Vec4::ZERO; 2],
-        column: 0,
-        step: 0,
-        below: false,
-        u: 0.0,
-        v: 0.0,
-        factor: 0.0,
+        near: [[Vec4::ZERO; 2]; L],
+        far: [[Vec4::ZERO; 2]; L],
+        weights: [[0.0; L]; 4],
+        column: [0.0; L],
+        step: [0.0; L],
+        pole: [0.0; L],
+        u: [0.0; L],
+        v: [0.0; L],
     };
 }
 
@@ -167,63 +191,85 @@ impl EnvironmentLight {
     /// `combined`: what this misses is found by bsdf sampling.
     #[inline(always)]
     pub(super) fn sample(&self, n: Vec3, u: Vec2, combined: bool) -> Option<LightSample> {
-        let map = self.map(combined);
-        let cell = map.blocks.pick_in(&map.blocks.pick(n, u));
-        self.sample_in(map, self.nodes_around(map, &cell))
+        let mut found = FoundSky::<1>::NONE;
+        self.sample_all(1, |_| Some((n, u)), combined, &mut found);
+        found.sample(0)
     }
 
-    /// [`Self::sample`] for each of at most [`TOGETHER`] numbers. All cells are found before anything is computed: finding one waits
-    /// for memory at every step, and those for several numbers can wait together.
+    /// [`Self::sample`] in each of so many lanes for a normal and a number, if there are some. The cells of all are found before anything is computed: finding
+    /// one waits for memory at every step, and those of several can wait together; and what is computed then is computed in vectors, if
+    /// there are enough ([`super::Quad`]).
     #[inline(always)]
-    pub fn sample_all(&self, n: Vec3, u: &[Vec2], combined: bool, samples: &mut [Option<LightSample>; TOGETHER]) {
+    pub fn sample_all<const L: usize>(
+        &self,
+        count: usize,
+        receiver: impl Fn(usize) -> Option<(Vec3, Vec2)>,
+        combined: bool,
+        found: &mut FoundSky<L>,
+    ) {
         let map = self.map(combined);
-        let mut blocks = [Block::default(); TOGETHER];
-        let mut corners = [Corners::NONE; TOGETHER];
-        for (block, u) in blocks.iter_mut().zip(u) {
-            *block = map.blocks.pick(n, *u);
+        let mut blocks = [Block::default(); L];
+        let mut factors = [0.0; L];
+        let mut corners = Corners::<L>::NONE;
+        for (i, block) in blocks.iter_mut().enumerate().take(count) {
+            if let Some((n, u)) = receiver(i) {
+                *block = map.blocks.pick(n, u);
+            }
         }
-        for i in 0..u.len().min(TOGETHER) {
-            corners[i] = self.nodes_around(map, &map.blocks.pick_in(&blocks[i]));
+        for (i, block) in blocks.iter().enumerate().take(count) {
+            let cell = map.blocks.pick_in(block);
+            factors[i] = cell.factor;
+            self.put_nodes(map, &cell, &mut corners, i);
         }
-        for i in 0..u.len().min(TOGETHER) {
-            samples[i] = self.sample_in(map, corners[i]);
+        let [near0, near1, far0, far1] = &corners.weights;
+        let (rows, columns) = ((2 * (self.size[1] - 1)) as f32, self.size[0] as f32);
+        let (mut xs, mut ys, mut sines) = ([0.0f32; L], [0.0f32; L], [0.0f32; L]);
+        let mut local = [[0.0f32; L]; 3];
+        for i in 0..L {
+            let y = unit_to_linear(corners.v[i], near0[i] + near1[i], far0[i] + far1[i]);
+            let x = unit_to_linear(corners.u[i], between(y, near0[i], far0[i]), between(y, near1[i], far1[i]));
+            let (sine, cos) = sin_cos_turns((corners.step[i] + y) / rows);
+            let (sin_phi, cos_phi) = sin_cos_turns((corners.column[i] + x + 0.5) / columns);
+            (xs[i], ys[i], sines[i]) = (x, y, sine);
+            local[0][i] = sin_phi * sine;
+            local[1][i] = cos * corners.pole[i];
+            local[2][i] = -cos_phi * sine;
+        }
+        let [x, y, z] = [self.to_world.x_axis, self.to_world.y_axis, self.to_world.z_axis];
+        for (axis, wi) in found.wi.iter_mut().enumerate() {
+            for i in 0..L {
+                let [a, b, c] = [f64::from(local[0][i]), f64::from(local[1][i]), f64::from(local[2][i])];
+                wi[i] = (x[axis] * a + y[axis] * b + z[axis] * c) as f32;
+            }
+        }
+        for i in 0..count {
+            let place = Place { x: xs[i], y: ys[i], sine: sines[i] };
+            let (radiance, pdf) = self.at(map, (corners.near[i], corners.far[i]), &place);
+            found.radiance[i] = radiance;
+            found.pdf[i] = (pdf * factors[i]).0;
         }
     }
 
-    /// What a cell that was found lies between, and where in it.
+    /// Puts into a lane what a cell that was found lies between, and where in it.
     #[inline(always)]
-    fn nodes_around(&self, map: &Map, cell: &Cell) -> Corners {
-        let Cell { place: [column, row], u: rest, factor } = *cell;
+    fn put_nodes<const L: usize>(&self, map: &Map, cell: &Cell, corners: &mut Corners<L>, lane: usize) {
+        let Cell { place: [column, row], u: rest, .. } = *cell;
         // From the pole that is nearer, where the digits of a polar angle count.
         let last = self.size[1] - 1;
         let below = 2 * row + 1 > last;
         let step = if below { last - 1 - row } else { row };
         let rows = if below { [row + 1, row] } else { [row, row + 1] };
         let (near, far) = (self.nodes(map, column, rows[0]), self.nodes(map, column, rows[1]));
+        (corners.near[lane], corners.far[lane]) = (near, far);
+        for (weights, node) in corners.weights.iter_mut().zip([near[0], near[1], far[0], far[1]]) {
+            weights[lane] = node.w;
+        }
+        corners.column[lane] = column as f32;
+        corners.step[lane] = step as f32;
+        corners.pole[lane] = if below { -1.0 } else { 1.0 };
+        corners.u[lane] = rest.x;
         // Rows are counted downwards.
-        let v = if below { min(1.0 - rest.y, ONE_MINUS_EPSILON) } else { rest.y };
-        Corners { near, far, column, step, below, u: rest.x, v, factor }
-    }
-
-    /// A sample between four nodes.
-    #[inline(always)]
-    fn sample_in(&self, map: &Map, corners: Corners) -> Option<LightSample> {
-        let Corners { near, far, column, step, below, u, v, factor } = corners;
-        let y = unit_to_linear(v, near[0].w + near[1].w, far[0].w + far[1].w);
-        let x = unit_to_linear(u, between(y, near[0].w, far[0].w), between(y, near[1].w, far[1].w));
-        let (sine, cos) = sin_cos_turns((step as f32 + y) / (2 * (self.size[1] - 1)) as f32);
-        let (sin_phi, cos_phi) = sin_cos_turns((column as f32 + x + 0.5) / self.size[0] as f32);
-        let local = Vec3::new(sin_phi * sine, if below { -cos } else { cos }, -cos_phi * sine);
-        let wi = (self.to_world * local.as_dvec3()).as_vec3();
-        let (radiance, pdf) = self.at(map, (near, far), &Place { x, y, sine });
-        let pdf = pdf * factor;
-        (pdf.0 > 0.0 && pdf.0.is_finite() && !radiance.is_black()).then_some(LightSample {
-            wi,
-            radiance,
-            pdf: Some(pdf),
-            end: None,
-            on: Hit::NONE,
-        })
+        corners.v[lane] = if below { min(1.0 - rest.y, ONE_MINUS_EPSILON) } else { rest.y };
     }
 
     /// Radiance from the direction `w` of unit length, and the density with which [`Self::sample`] samples it for the normal `n`,

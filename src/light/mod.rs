@@ -26,7 +26,7 @@ mod weights;
 pub use area::AreaLight;
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
-pub use environment::{EnvironmentLight, TOGETHER};
+pub use environment::{EnvironmentLight, FoundSky};
 pub use point::PointLight;
 pub use projector::ProjectorLight;
 pub use quad::{Found, Quad, Receivers};

@@ -219,9 +219,9 @@ impl Quad {
             let distance = squared.sqrt();
             // A grazing cosine is all rounding, but the same rounding as for points that are found.
             let cos = (to[0][i] * n[0][i] + to[1][i] * n[1][i] + to[2][i] * n[2][i]) / distance;
-            for axis in 0..3 {
-                found.wi[axis][i] = to[axis][i] / distance;
-            }
+            found.wi[0][i] = to[0][i] / distance;
+            found.wi[1][i] = to[1][i] / distance;
+            found.wi[2][i] = to[2][i] / distance;
             let pdf = AreaPdf(pdf[i]).to_solid_angle(squared, cos).0;
             // From behind nothing comes, nor where it is NaN, on the light itself.
             found.pdf[i] = if cos < 0.0 { pdf } else { 0.0 };

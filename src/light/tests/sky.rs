@@ -202,3 +202,26 @@ fn black_maps_are_no_lights() {
     let grey = EnvironmentLight::new(&map(4, 4, |_, _| Rgb::splat(0.3)), 1.0, DMat3::IDENTITY, true).unwrap();
     assert_eq!(grey.seen(&Vec3::X, Vec3::ZERO, true), grey.seen(&Vec3::X, Vec3::ZERO, false));
 }
+
+/// However many are sampled for together, each gets the same bits; and those who ask for nothing are in nobody's way.
+#[test]
+fn lanes_of_environment_maps_do_not_matter() {
+    const LANES: usize = 32;
+    let bits = |sample: Option<LightSample>| {
+        let sample = sample?;
+        let [wi, radiance] = [sample.wi, sample.radiance.0].map(|v| v.to_array().map(f32::to_bits));
+        Some((wi, radiance, sample.pdf.unwrap().0.to_bits()))
+    };
+    for (name, light) in maps() {
+        let n = normals();
+        let receiver = |i: usize| (i % 5 != 3).then(|| (n[i % n.len()], uniform(i as u32)));
+        for combined in [true, false] {
+            let mut found = FoundSky::<LANES>::NONE;
+            light.sample_all(LANES - 2, receiver, combined, &mut found);
+            for i in 0..LANES - 2 {
+                let Some((n, u)) = receiver(i) else { continue };
+                assert_eq!(bits(found.sample(i)), bits(light.sample(n, u, combined)), "{name}, {n}, {u}");
+            }
+        }
+    }
+}
