@@ -97,8 +97,8 @@ mod tests {
         let steps = [0.5 * Accel::MANY_RAYS, Accel::MANY_RAYS, Accel::RAYS_FOR_MEDIUM, Accel::RAYS_FOR_HIGH];
         let [less, more, many, most] = steps.map(choose);
         let expected = match cfg!(feature = "embree") {
-            true => (Accelerator::Embree, Quality::Medium, "few rays a triangle, some 2.0 rays each"),
-            false => (Accelerator::Native, Quality::Low, "there is no other, some 2.0 rays each"),
+            true => (Accelerator::Embree, Quality::Medium, "few rays a triangle, some 1.0 rays each"),
+            false => (Accelerator::Native, Quality::Low, "there is no other, some 1.0 rays each"),
         };
         assert_eq!((less.accelerator, less.quality, &less.reason[..]), expected);
         assert_eq!((more.accelerator, more.quality), (Accelerator::Native, Quality::Low));
