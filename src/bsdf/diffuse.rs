@@ -40,7 +40,7 @@ impl Diffuse {
 
     #[inline(always)]
     pub(super) fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
-        let wi = warp::square_to_cosine_hemisphere(u.direction());
+        let wi = u.hemisphere();
         // A direction in the surface has density zero: it can only come from rounding.
         (wo.z > 0.0 && wi.z > 0.0).then(|| BsdfSample {
             wi,

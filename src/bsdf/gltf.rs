@@ -522,10 +522,10 @@ impl Gltf {
     /// A direction in the view's frame by one of its lobes, `Some(None)` for straight on.
     fn direction(&self, view: &View, u: BsdfUniforms) -> Option<Option<Vec3>> {
         let (shares, wo) = (&view.shares, view.wo);
-        let (lobe, u) = (u.lobe(), u.direction());
+        let (lobe, hemisphere, u) = (u.lobe(), u.hemisphere(), u.direction());
         let mut rest = lobe - shares.diffuse;
         if rest < 0.0 {
-            return Some(Some(warp::square_to_cosine_hemisphere(u)));
+            return Some(Some(hemisphere));
         }
         rest -= shares.up;
         if rest < 0.0 {

@@ -92,7 +92,7 @@ impl OrenNayar {
         let wi = if u.lobe() < self.uniform_share() {
             warp::square_to_uniform_hemisphere(u.direction())
         } else {
-            warp::square_to_cosine_hemisphere(u.direction())
+            u.hemisphere()
         };
         let (value, pdf) = self.eval_pdf(wo, wi);
         (pdf.0 > 0.0).then(|| BsdfSample { wi, weight: value / pdf.0, pdf: Some(pdf), eta: 1.0 })

@@ -128,7 +128,7 @@ impl Plastic {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             return Some(BsdfSample { wi, weight: self.reflectance * (reflected / mirror), pdf: None, eta: 1.0 });
         }
-        let wi = warp::square_to_cosine_hemisphere(u.direction());
+        let wi = u.hemisphere();
         let pdf = warp::square_to_cosine_hemisphere_pdf(wi) * (1.0 - mirror);
         let weight = self.diffuse(refracted, wi) / (1.0 - mirror);
         // A direction in the surface has density zero: it can only come from rounding.

@@ -343,7 +343,7 @@ impl Principled {
         let &Seen { wo, ref shares, .. } = seen;
         let lobe = u.lobe() - shares.diffuse;
         if lobe < 0.0 {
-            return self.reflected(seen, warp::square_to_cosine_hemisphere(u.direction()));
+            return self.reflected(seen, u.hemisphere());
         }
         let lobe = lobe - shares.coat;
         if lobe < 0.0 {

@@ -173,7 +173,7 @@ impl PrincipledThin {
         let side = 1.0f32.copysign(wo.z);
         let wo = wo * side;
         let shares = self.shares(wo.z)?;
-        let (lobe, u) = (u.lobe(), u.direction());
+        let (lobe, hemisphere, u) = (u.lobe(), u.hemisphere(), u.direction());
         let specular = shares.mirror + shares.pane;
         let wi = if lobe < specular {
             let facets = if lobe < shares.mirror { self.reflecting() } else { self.transmitting() };
@@ -184,7 +184,7 @@ impl PrincipledThin {
             let stays = above.z > 0.0 && (wi.z > 0.0) == (wi.dot(m) > 0.0);
             stays.then_some(wi)?
         } else {
-            let wi = warp::square_to_cosine_hemisphere(u);
+            let wi = hemisphere;
             let wi = if lobe < specular + shares.reflection { wi } else { wi * MIRROR };
             (wi.z != 0.0).then_some(wi)?
         };

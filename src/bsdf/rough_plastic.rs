@@ -263,7 +263,7 @@ impl RoughPlastic {
         } else if u.lobe() < coat {
             self.facets.sample_mirrored(wo, u.direction())
         } else {
-            warp::square_to_cosine_hemisphere(u.direction())
+            u.hemisphere()
         };
         let (value, pdf) = self.eval_pdf(wo, wi);
         (pdf.0 > 0.0).then(|| BsdfSample { wi, weight: value / pdf.0, pdf: Some(pdf), eta: 1.0 })

@@ -6,9 +6,10 @@ use super::{
     BSDF_NUMBERS, BsdfUniforms, FILM_AND_LENS_NUMBERS, FILM_NUMBERS, LIGHT_NUMBERS, LightUniforms, SET_FILM,
     SamplerKind, Set, Stream, bsdf_set, independent, light_set, stratified, to_unit,
 };
+use crate::sampling::warp::square_to_cosine_hemisphere;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, u32x16};
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 /// Streams at a time.
 const LANES: usize = 16;
@@ -18,11 +19,13 @@ const LANES: usize = 16;
 pub struct Batch {
     level: Level,
     sets: Vec<[[f32; LANES]; 4]>,
+    /// Of numbers for bsdfs: [`BsdfUniforms::hemisphere`].
+    hemispheres: Vec<[[f32; LANES]; 3]>,
 }
 
 impl Default for Batch {
     fn default() -> Self {
-        Self { level: crate::math::simd::level(), sets: Vec::new() }
+        Self { level: crate::math::simd::level(), sets: Vec::new(), hemispheres: Vec::new() }
     }
 }
 
@@ -35,6 +38,11 @@ impl Batch {
     /// The numbers for the bsdf of all streams at path vertex `vertex`, counted from 0.
     pub fn fill_bsdf(&mut self, vertex: u32, streams: impl ExactSizeIterator<Item = Stream>) {
         self.fill(bsdf_set(vertex), BSDF_NUMBERS, streams);
+        let Self { level, sets, hemispheres } = self;
+        hemispheres.resize(sets.len(), [[0.0; LANES]; 3]);
+        for (numbers, directions) in sets.iter().zip(hemispheres) {
+            dispatch!(*level, simd => lift(simd, numbers, directions));
+        }
     }
 
     /// The numbers for the light of all streams at path vertex `vertex`, counted from 0; with a `choice` among lights or
@@ -71,7 +79,9 @@ impl Batch {
     /// Stream `i`'s numbers, after [`Self::fill_bsdf`].
     #[inline]
     pub fn bsdf(&self, i: usize) -> BsdfUniforms {
-        BsdfUniforms(self.get(i))
+        let [x, y, z] = &self.hemispheres[i / LANES];
+        let lane = i % LANES;
+        BsdfUniforms { set: self.get(i), hemisphere: Vec3::new(x[lane], y[lane], z[lane]) }
     }
 
     /// Stream `i`'s numbers, after [`Self::fill_light`].
@@ -100,6 +110,15 @@ impl Batch {
             }
             dispatch!(self.level, simd => compute(simd, kind, &keys, &indices, set, wanted, block));
         }
+    }
+}
+
+/// The directions for the first two numbers, in a loop that becomes vectors of what `simd` says the processor has.
+#[inline(always)]
+fn lift<S: Simd>(_: S, [x, y, ..]: &[[f32; LANES]; 4], out: &mut [[f32; LANES]; 3]) {
+    for i in 0..LANES {
+        let w = square_to_cosine_hemisphere(Vec2::new(x[i], y[i]));
+        (out[0][i], out[1][i], out[2][i]) = (w.x, w.y, w.z);
     }
 }
 
