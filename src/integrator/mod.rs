@@ -17,6 +17,7 @@ mod absorption;
 pub mod aov;
 mod bsdf;
 mod direct;
+mod found;
 mod glint;
 mod naive;
 mod nee;
