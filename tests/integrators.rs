@@ -7,7 +7,7 @@ mod common;
 use common::*;
 use snell::accel::Accelerator;
 use snell::description::{BsdfKind, Light, LightKind, SceneDescription};
-use snell::integrator::Estimator;
+use snell::integrator::{Estimator, PathReuse};
 use snell::sampler::SamplerKind;
 
 /// Width and height of the pictures.
@@ -115,7 +115,7 @@ const GLINTS: &str = r#"<scene version="3.0.0"><integrator type="path"><integer 
     <film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="32"/><rfilter type="box"/></film></sensor>
     <emitter type="envmap"><string name="filename" value="sky.hdr"/></emitter>
     <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="4"/></transform>
-        <bsdf type="diffuse"/></shape>
+        <bsdf type="twosided"><bsdf type="diffuse"><texture type="checkerboard" name="reflectance"/></bsdf></bsdf></shape>
     <shape type="sphere"><point name="center" x="-0.9" y="0.7" z="0"/><float name="radius" value="0.7"/>
         <bsdf type="plastic"><float name="int_ior" value="1.9"/></bsdf></shape>
     <shape type="sphere"><point name="center" x="0.9" y="0.7" z="-0.4"/><float name="radius" value="0.7"/>
@@ -123,7 +123,7 @@ const GLINTS: &str = r#"<scene version="3.0.0"><integrator type="path"><integer 
     <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-50"/><scale value="0.6"/>
         <translate x="0" y="0.6" z="1.4"/></transform><bsdf type="thindielectric"/></shape></scene>"#;
 
-/// As in [`estimators_agree_with_path_on_every_scene`], with as many samples: two comparisons more.
+/// As in [`estimators_agree_with_path_on_every_scene`]: four comparisons more, two of them with shared paths.
 #[test]
 fn estimators_agree_where_the_sky_is_seen_in_mirrors() {
     let folder = tempfile::tempdir().unwrap();
@@ -136,7 +136,17 @@ fn estimators_agree_where_the_sky_is_seen_in_mirrors() {
     let file = folder.path().join("scene.xml");
     std::fs::write(&file, GLINTS).unwrap();
     let description = snell::loader::load(&file, &snell::loader::LoadOptions::default()).unwrap();
-    agree(&Row { name: "glints", samples: 64 }, &description, &[Estimator::Nee, Estimator::Bsdf]);
+    let row = Row { name: "glints", samples: 64 };
+    agree(&row, &description, &[Estimator::Nee, Estimator::Bsdf]);
+    let scene = compiled(&description, Accelerator::Auto);
+    let alone = Estimate::of(&scene, &file_settings(&description, Estimator::Bsdf, 2 * row.samples), SEEDS);
+    for reuse in [PathReuse::Eights, PathReuse::Blocks] {
+        let mut settings = file_settings(&description, Estimator::Path, row.samples);
+        settings.integrator.reuse = reuse;
+        let worst = Estimate::of(&scene, &settings, SEEDS).worst_z_against(&alone);
+        println!("{}, {reuse:?}: z {:.2}, worst tile {:.2}", row.name, worst.whole, worst.tile);
+        assert!(worst.whole < 5.5 && worst.tile < 6.5, "{reuse:?} is off by {} and {}", worst.whole, worst.tile);
+    }
 }
 
 #[test]

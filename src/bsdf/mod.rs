@@ -323,13 +323,13 @@ impl Bsdf {
         disney::share(true, albedo)
     }
 
-    /// The reflectance of the delta lobe in the direction of `wo`'s mirror image, if there is one beside other lobes and it reflects to
-    /// the outside.
+    /// The reflectance of the delta lobe in the direction of `wo`'s mirror image, on the same side of the surface, if there is one beside
+    /// other lobes; `None` for a viewer inside of glass, or in the surface.
     pub fn mirror(&self, wo: Vec3) -> Option<Rgb> {
         match self {
             Self::Plastic(b) => b.mirror(wo),
             Self::Dielectric(b) => b.mirror(wo),
-            Self::ThinDielectric(b) => Some(b.mirror(wo)),
+            Self::ThinDielectric(b) => b.mirror(wo),
             Self::Diffuse(_)
             | Self::Conductor(_)
             | Self::RoughConductor(_)

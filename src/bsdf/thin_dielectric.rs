@@ -52,8 +52,8 @@ impl ThinDielectric {
     }
 
     /// See [`super::Bsdf::mirror`].
-    pub(super) fn mirror(&self, wo: Vec3) -> Rgb {
-        self.reflectance * self.reflected(wo)
+    pub(super) fn mirror(&self, wo: Vec3) -> Option<Rgb> {
+        (wo.z != 0.0).then(|| self.reflectance * self.reflected(wo))
     }
 
     pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {

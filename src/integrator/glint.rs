@@ -6,6 +6,7 @@
 //! each time (splitting: Arvo and Kirk 1990, *Particle Transport and Image Synthesis*). Paths that are sampled to go there find what is in the
 //! way as ever; the map of the sky no longer counts for them.
 //!
+//! Only `path` does so, on surfaces that are one bsdf (not a blend, nor what has a normal of its own), and not from inside of glass.
 //! Only the sky's map is looked for: other lights would have to be found first, by a ray that tells more than whether something is in
 //! the way, and what shines alike from everywhere is little noise.
 
@@ -23,15 +24,18 @@ use crate::scene::Surface;
 use crate::spectrum::Rgb;
 use glam::Vec3;
 
-/// What a glint must add that is looked for, over the mean radiance of the sky: fainter ones are not worth their ray. Measured for the
-/// material ball (docs/experiments.md): down to 0.1 less noise, below only more rays.
-const FAINTEST: f32 = 0.125;
+/// The luminance that a glint must add that is looked for, over the mean luminance of the map: fainter ones are not worth their ray.
+/// Measured for the material ball (docs/experiments.md): down to 0.1 less noise, below only more rays.
+const FAINTEST: f32 = 0.1;
 
 impl Walker<'_> {
     /// Whether some are looked for.
     #[inline(always)]
     pub(super) fn has_glints<T: Technique>(&self) -> bool {
-        T::COMBINES && T::Variant::ANY_LIGHTS && has(Feature::Environment, !self.scene.infinite_lights.is_empty())
+        let is_map = |&index: &u32| matches!(self.scene.lights[index as usize], Light::Environment(_));
+        T::COMBINES
+            && T::Variant::ANY_LIGHTS
+            && has(Feature::Environment, self.scene.infinite_lights.iter().any(is_map))
     }
 
     /// Has it looked whether the sky is in the mirror that the surface is, if it is one among others and the sky is bright there; whether

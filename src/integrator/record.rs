@@ -24,7 +24,7 @@ pub enum Event {
         /// Multiple-importance weight.
         weight: f32,
     },
-    /// A light was sampled; whether it is visible is told by [`Event::Shadow`].
+    /// A light was sampled, or the sky looked for in a mirror; whether it is visible is told by [`Event::Shadow`].
     Sampled {
         /// Weighted radiance if nothing is in the way, throughput included.
         radiance: Rgb,

@@ -70,6 +70,7 @@ impl Together {
         ray: impl Fn(usize) -> &'r Ray,
         u: impl Fn(usize) -> Vec2,
     ) {
+        self.receivers.count = hits.len();
         for (i, hit) in hits.iter().enumerate() {
             self.points[i] = None;
             if !hit.is_some() {

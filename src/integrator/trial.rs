@@ -11,6 +11,7 @@ use super::path_state::PathState;
 use super::reuse::BLOCK;
 use super::{Estimator, Integrator, PathReuse, RayCounts};
 use crate::image::{Area, Crop};
+use crate::light::Light;
 use crate::sampler::{Sampler, SamplerKind};
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -41,13 +42,12 @@ const LEAST_GAIN_OF_EIGHTS: f64 = 1.3;
 /// says 0.8, gains 1.8.
 const LEAST_GAIN_OF_BLOCKS: f64 = 0.7;
 
-/// What light samples must gain where there are several lights: for the spheres of veach-mis, of which the trial says 1.2, they are
-/// worth 2.1.
+/// What light samples must gain: for the spheres of veach-mis, of which the trial says 1.2, they are worth 2.1.
 const LEAST_GAIN_OF_LIGHT_SAMPLES: f64 = 1.1;
 
-/// The same where there is one, over which the numbers of a render are spread more evenly than the trial's: under skies of which it
-/// says 1.02 to 1.13 more samples are worth 0.7 to 0.8.
-const LEAST_GAIN_OF_ONE_LIGHTS_SAMPLES: f64 = 1.3;
+/// The same where a sky is all there is, over which the numbers of a render are spread more evenly than the trial's: where it says
+/// 1.02 to 1.13 more samples are worth 0.7 to 0.8.
+const LEAST_GAIN_UNDER_SKIES: f64 = 1.3;
 
 /// Light samples of the first vertex that are tried.
 const TRIED_LIGHT_SAMPLES: u32 = 4;
@@ -100,8 +100,8 @@ impl Integrator {
         // Of the only light, if it is a point, all samples are the same.
         let choice = scene.lights.len() > 1 || scene.lights.iter().any(|light| light.can_be_met());
         if undecided.light_samples && choice && self.estimator == Estimator::Path && self.max_depth > 1 {
-            let several = scene.lights.len() > 1;
-            let least = if several { LEAST_GAIN_OF_LIGHT_SAMPLES } else { LEAST_GAIN_OF_ONE_LIGHTS_SAMPLES };
+            let skies = scene.lights.iter().all(Light::is_sky);
+            let least = if skies { LEAST_GAIN_UNDER_SKIES } else { LEAST_GAIN_OF_LIGHT_SAMPLES };
             best.or(Self { light_samples: TRIED_LIGHT_SAMPLES, ..plain }, least, scene);
         }
         let eights = Self { reuse: PathReuse::Eights, ..best.way };

@@ -91,7 +91,7 @@ pub(super) struct Wave {
     hits: Vec<Hit>,
     /// Light samples that wait to know whether they are visible.
     shadows: Shadows,
-    /// The sky in mirrors, the same, if there are both.
+    /// Looks for the sky in mirrors, which wait for the same.
     glints: Shadows,
     /// What was looked at ahead, if the scene does.
     ahead: Ahead,
@@ -366,10 +366,10 @@ impl Walker<'_> {
                 self.sample_light::<T>(from, (&surface, n), (known, numbers), &mut wave.shadows, record);
             }
         }
-        // What such a lobe of a vertex that others may use finds is a matter of its own: it does without.
-        let mirrored = self.has_glints::<T>()
-            && surface.bsdf.lobes().delta
-            && !(path.depth == 2 && wave.reuse.is_some())
+        // What such a lobe of a vertex that others use finds is a matter of its own: it does without.
+        let mirrored = surface.bsdf.lobes().delta
+            && self.has_glints::<T>()
+            && !(path.depth == 2 && wave.reuse.as_ref().is_some_and(|reuse| reuse.has_joined(id as usize)))
             && self.look_for_glint::<T>((&*path, hit, id), &surface, &mut wave.glints, record);
         self.go_on::<T>(path, &surface, (hit, met), (bsdf_numbers, mirrored), record);
     }

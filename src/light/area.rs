@@ -31,7 +31,7 @@ pub struct AreaLight {
 
 /// How points of a shape are found.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there are few, and they are read at every vertex")]
+#[expect(clippy::large_enum_variant, reason = "they are read at every vertex")]
 enum Points {
     /// A quadric knows.
     Quadric,

@@ -7,8 +7,8 @@
 //! uniform, and points are. Near a rectangle, where the corners say nothing of its middle, it is sampled uniformly by the solid angle
 //! in which it is seen: Ureña, Fajardo and King 2013, *An Area-Preserving Parametrization for Spherical Rectangles*.
 //!
-//! Which of the three depends on the point alone, and so do the corners' weights; so the density of a point that was found by
-//! other means is that of sampling it.
+//! Which of the three depends on the point and the normal of the receiver, and so do the corners' weights; so the density of a point that
+//! was found by other means, by a direction from that receiver, is that of sampling it.
 //!
 //! All of it is written for several receivers at once, lane by lane in loops without branches, which the compiler turns into vector
 //! instructions if there are enough of them: loops over 8 it unrolls, and then it finds no vectors; with 32 a receiver takes a third
@@ -67,9 +67,11 @@ pub struct Quad {
     centre: DVec3,
 }
 
-/// Those who ask for a point, by coordinate and lane.
+/// Those who ask for a point, by coordinate and lane. What comes of lanes that nobody was put into does not matter.
 #[derive(Clone, Copy, Debug)]
 pub struct Receivers<const L: usize> {
+    /// Lanes that matter, from the first on.
+    pub count: usize,
     /// Where they are.
     pub p: [[f64; L]; 3],
     /// The normals on whose sides they scatter; zero where that is both.
@@ -106,7 +108,7 @@ struct Seen {
 
 impl<const L: usize> Default for Receivers<L> {
     fn default() -> Self {
-        Self { p: [[0.0; L]; 3], n: [[0.0; L]; 3], u: [[0.0; L]; 2] }
+        Self { count: L, p: [[0.0; L]; 3], n: [[1.0; L]; 3], u: [[0.0; L]; 2] }
     }
 }
 
@@ -262,7 +264,7 @@ impl Quad {
     }
 
     /// How receivers sample it: by what they see of it, if it is near, else by these weights of the corners, which are all 1, as they are
-    /// to be before, where it is sampled uniformly. Which of them it is depends on where they are; their normals make no difference to that.
+    /// to be before, where it is sampled uniformly. Which of them it is depends on where they are and on their normals.
     #[inline(always)]
     fn ways<const L: usize>(
         &self,
@@ -283,7 +285,7 @@ impl Quad {
         }
         let mut uniform = true;
         for i in 0..L {
-            if close[i] && !far[i] {
+            if close[i] && !far[i] && i < receivers.count {
                 near[i] = self.seen_near(&(self.v0 - receivers.at(i)));
             }
             uniform &= far[i] || near[i].is_some();

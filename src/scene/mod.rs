@@ -145,10 +145,13 @@ impl Scene {
         if let Some(point) = met {
             return Some((*point, point.shading_normal));
         }
-        let Material::Plain(sides) = &self.materials[self.appearances[hit.shape as usize].material as usize] else {
-            return None;
-        };
-        let point = match &self.shapes[hit.shape as usize] {
+        let material = &self.materials[self.appearances[hit.shape as usize].material as usize];
+        has(Feature::Textures, matches!(material, Material::Varying(_)));
+        let Material::Plain(sides) = material else { return None };
+        let shape = &self.shapes[hit.shape as usize];
+        has(Feature::Quadrics, shape.is_quadric());
+        has(Feature::Instances, matches!(shape, Shape::Placed(_)));
+        let point = match shape {
             Shape::Mesh(mesh) => mesh.meet(ray, hit.primitive),
             other => other.meet(ray, hit.primitive),
         };
@@ -158,7 +161,7 @@ impl Scene {
         Some((point, if mirrored { -n } else { n }))
     }
 
-    /// The same as paths meet it that are regularized, of which the scene must know.
+    /// What [`Self::surface_looked_at`] tells, as paths meet it that are regularized, of which the scene must know.
     #[inline(never)]
     pub fn rougher_surface<'a>(
         &'a self,

@@ -144,6 +144,11 @@ impl Reuse {
         path.radiance = Rgb::BLACK;
     }
 
+    /// Whether what path `index` finds counts for others, too.
+    pub(super) fn has_joined(&self, index: usize) -> bool {
+        self.joints[index].is_some()
+    }
+
     /// Before it is known which light samples of vertex `vertex` (counted from 0) are visible: `samples` are their paths and
     /// directions.
     pub(super) fn sampled(&mut self, vertex: u32, paths: &mut [PathState], samples: impl Iterator<Item = (u32, Vec3)>) {
