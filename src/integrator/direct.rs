@@ -28,7 +28,7 @@ use crate::math::ray::Ray;
 use crate::sampler::{Batch, LightUniforms, SamplerKind};
 use crate::scene::Surface;
 use crate::spectrum::Rgb;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::time::Instant;
 
 /// Most light samples of a first vertex. Reason: with more, what is in the way is all that is left to be noise.
@@ -165,11 +165,9 @@ impl Walker<'_> {
                 if Feature::Environment.is_built()
                     && let [Light::Environment(light)] = &self.scene.lights[..]
                 {
-                    let points: [Vec2; MOST_CANDIDATES as usize] = std::array::from_fn(|i| {
-                        if i < count { numbers.light(index * count + i).point() } else { Vec2::ZERO }
-                    });
+                    let receiver = |i| Some((n, numbers.light(index * count + i).point()));
                     let mut found = FoundSky::<{ MOST_CANDIDATES as usize }>::NONE;
-                    light.sample_all(count, |i| Some((n, points[i])), T::COMBINES, &mut found);
+                    light.sample_all(count, receiver, T::COMBINES, &mut found);
                     for sample in (0..count).filter_map(|i| found.sample(i)) {
                         candidates.extend(self.weigh::<T>(from.0, (surface, Some(&seen)), &sample, count as f32));
                     }

@@ -6,7 +6,7 @@
 
 use super::variant::Variant;
 use crate::accel::Hit;
-use crate::light::{AreaLight, EnvironmentLight, Found, FoundSky, Light, LightSample, Quad, Receivers};
+use crate::light::{AreaLight, EnvironmentLight, FoundOnQuad, FoundSky, Light, LightSample, Quad, Receivers};
 use crate::math::ray::Ray;
 use crate::scene::{AHEAD, Ahead, Scene};
 use crate::shape::surface::ShapePoint;
@@ -42,7 +42,7 @@ pub(super) struct Together {
     normals: [Vec3; AHEAD],
     numbers: [Vec2; AHEAD],
     receivers: Receivers<AHEAD>,
-    on_quad: Found<AHEAD>,
+    on_quad: FoundOnQuad<AHEAD>,
     in_sky: FoundSky<AHEAD>,
 }
 
@@ -53,7 +53,7 @@ impl Default for Together {
             normals: [Vec3::ZERO; AHEAD],
             numbers: [Vec2::ZERO; AHEAD],
             receivers: Receivers::default(),
-            on_quad: Found::default(),
+            on_quad: FoundOnQuad::default(),
             in_sky: FoundSky::NONE,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::cap::Cap;
 use super::circle::Circle;
-use super::quad::{Found, Quad, Receivers};
+use super::quad::{FoundOnQuad, Quad, Receivers};
 use super::triangles::Triangles;
 use super::{End, LightSample};
 use crate::sampling::distribution::Discrete;
@@ -90,7 +90,7 @@ impl AreaLight {
 
     /// What the receiver in this lane has found, which asked for a point of `quad`, what this is.
     #[inline(always)]
-    pub fn found<const L: usize>(&self, quad: &Quad, found: &Found<L>, lane: usize) -> Option<LightSample> {
+    pub fn found<const L: usize>(&self, quad: &Quad, found: &FoundOnQuad<L>, lane: usize) -> Option<LightSample> {
         let pdf = found.pdf[lane];
         // A density beyond all numbers belongs to a light too small and near to be told from a point.
         (pdf > 0.0 && pdf.is_finite() && !self.radiance.is_black()).then(|| {

@@ -29,7 +29,7 @@ pub use directional::DirectionalLight;
 pub use environment::{EnvironmentLight, FoundSky};
 pub use point::PointLight;
 pub use projector::ProjectorLight;
-pub use quad::{Found, Quad, Receivers};
+pub use quad::{FoundOnQuad, Quad, Receivers};
 pub use reach::{Beam, Reach, Receiver};
 pub use sampler::{LightSampler, LightsAt};
 pub use slide::Slide;

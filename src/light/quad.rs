@@ -82,7 +82,7 @@ pub struct Receivers<const L: usize> {
 
 /// What they got, by coordinate and lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Found<const L: usize> {
+pub struct FoundOnQuad<const L: usize> {
     /// Unit vectors towards the points.
     pub wi: [[f32; L]; 3],
     /// Density of that, in sr⁻¹; 0 where the light shows its back or its edge.
@@ -112,7 +112,7 @@ impl<const L: usize> Default for Receivers<L> {
     }
 }
 
-impl<const L: usize> Default for Found<L> {
+impl<const L: usize> Default for FoundOnQuad<L> {
     fn default() -> Self {
         Self { wi: [[0.0; L]; 3], pdf: [0.0; L], end: [[0.0; L]; 3], first: [false; L] }
     }
@@ -177,7 +177,7 @@ impl Quad {
 
     /// Points for several receivers.
     #[inline(always)]
-    pub fn sample<const L: usize>(&self, receivers: &Receivers<L>) -> Found<L> {
+    pub fn sample<const L: usize>(&self, receivers: &Receivers<L>) -> FoundOnQuad<L> {
         let Receivers { p, u, .. } = receivers;
         let (mut near, mut weights) = ([const { None }; L], [[1.0; L]; 4]);
         self.ways(receivers, &mut near, &mut weights);
@@ -197,7 +197,7 @@ impl Quad {
             }
         }
         // On the first face at v₀ + (s − t)·e₁ + t·d, on the second at v₀ + s·d + (t − s)·e₂.
-        let mut found = Found::default();
+        let mut found = FoundOnQuad::default();
         let (mut along, mut beside) = ([0.0f64; L], [0.0f64; L]);
         for i in 0..L {
             found.first[i] = s[i] >= t[i];
@@ -240,7 +240,7 @@ impl Quad {
 
     /// A point that was found.
     #[inline(always)]
-    pub(super) fn point<const L: usize>(&self, found: &Found<L>, lane: usize) -> (u32, SurfacePoint) {
+    pub(super) fn point<const L: usize>(&self, found: &FoundOnQuad<L>, lane: usize) -> (u32, SurfacePoint) {
         let face = u32::from(!found.first[lane]);
         let Plane { n, slack } = self.planes[face as usize];
         let p = DVec3::new(found.end[0][lane], found.end[1][lane], found.end[2][lane]);
@@ -442,7 +442,7 @@ mod tests {
         assert!(quad.seen_near(&-DVec3::new(1.2, 0.5, 1e-9)).is_none(), "edge-on");
     }
 
-    fn found(quad: &Quad, p: DVec3, n: Vec3, u: Vec2) -> Found<1> {
+    fn found(quad: &Quad, p: DVec3, n: Vec3, u: Vec2) -> FoundOnQuad<1> {
         let mut receiver = Receivers::default();
         receiver.put(0, p, n, u);
         quad.sample(&receiver)
