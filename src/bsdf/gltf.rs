@@ -31,7 +31,7 @@ use super::parameter::{Parameter, not_negative, scalar, up_to};
 use super::rough_dielectric::Crossing;
 use super::sheen::Sheen;
 use super::thin_film::Film;
-use super::{BsdfSample, Lobes, NOTHING};
+use super::{BsdfSample, Gloss, Lobes, NOTHING};
 use crate::math::float::{max, min, sqr};
 use crate::math::frame::Frame;
 use crate::sampler::BsdfUniforms;
@@ -254,7 +254,6 @@ impl Gltf {
             (false, false) => self.dielectric(cos, interface.reflectance),
         };
         let through = max(1.0 - dielectric.max_component(), 0.0);
-        let transmittance = is.base_color * (self.glass() * through);
         let reflectance = if !outside {
             dielectric * self.glass()
         } else if is.metallic > 0.0 {
@@ -262,7 +261,7 @@ impl Gltf {
         } else {
             dielectric
         };
-        let transmittance = if self.is_window() { Rgb::BLACK } else { transmittance };
+        let transmittance = if self.is_window() { Rgb::BLACK } else { is.base_color * (self.glass() * through) };
         let (r, t) = (reflectance.mean(), transmittance.mean());
         Facet { reflectance, transmittance, reflects: r / (r + t) }
     }
@@ -378,6 +377,12 @@ impl Gltf {
     #[inline]
     fn straight(&self) -> Rgb {
         self.is.base_color * self.glass()
+    }
+
+    /// See [`super::Bsdf::gloss`].
+    pub(super) fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        let shares = self.view(wo)?.shares;
+        Some(Gloss { alpha_squared: sqr(self.layers.alpha), share: shares.facets + shares.coat })
     }
 
     #[inline(never)]
@@ -553,7 +558,6 @@ impl Gltf {
             let above = wi.z > 0.0;
             return upwards(if view.coat == Vec3::Z { wi } else { coat.to_world(wi) }).filter(|_| above);
         }
-        let lobe = (rest - shares.coat) / shares.facets;
         let facets = Self::facets(self.layers.alpha);
         let mirrored = self.only_mirrors().then(|| (facets.sample_mirrored(wo, u) + wo).normalize_or_zero());
         let m = mirrored.unwrap_or_else(|| facets.sample_visible(wo, u));
@@ -563,7 +567,7 @@ impl Gltf {
         }
         let eta = self.eta(view.outside);
         let interface = fresnel::dielectric(cos, eta);
-        if lobe < self.facet(view.outside, cos, interface).reflects {
+        if (rest - shares.coat) / shares.facets < self.facet(view.outside, cos, interface).reflects {
             return upwards(2.0 * cos * m - wo);
         }
         if self.is.solid {

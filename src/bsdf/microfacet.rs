@@ -128,6 +128,12 @@ impl Microfacets {
         self.alpha.x != self.alpha.y
     }
 
+    /// α², of uneven ones the product.
+    #[inline]
+    pub(super) fn alpha_squared(&self) -> f32 {
+        self.alpha.x * self.alpha.y
+    }
+
     /// The smaller roughness.
     pub(super) fn smallest_alpha(&self) -> f32 {
         self.alpha.min_element()

@@ -118,6 +118,15 @@ pub struct Lobes {
     pub anisotropic: bool,
 }
 
+/// The lobe around the mirror image of a viewer's direction, roughly: for choosing among lights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    /// α² of its microfacets, positive; of uneven ones the product.
+    pub alpha_squared: f32,
+    /// About which part of the light that is scattered is in it, in [0, 1].
+    pub share: f32,
+}
+
 /// What a bsdf knows of one viewer.
 #[derive(Clone, Copy, Debug)]
 pub enum Seen {
@@ -321,6 +330,31 @@ impl Bsdf {
             | Self::Null(_) => 1.0,
         };
         disney::share(true, albedo)
+    }
+
+    /// The lobe of what is reflected to a viewer above, if there is one that has a width.
+    #[inline(never)]
+    pub fn gloss(&self, &wo: &Vec3) -> Option<Gloss> {
+        if !(wo.z > 0.0) {
+            return None;
+        }
+        match self {
+            Self::RoughConductor(b) => Some(b.gloss()),
+            Self::RoughPlastic(b) => b.gloss(wo),
+            Self::Principled(b) => b.gloss(wo),
+            Self::SeenPrincipled(b) => b.gloss(wo),
+            Self::Gltf(b) => b.gloss(wo),
+            Self::Diffuse(_)
+            | Self::Conductor(_)
+            | Self::Dielectric(_)
+            | Self::RoughDielectric(_)
+            | Self::ThinDielectric(_)
+            | Self::RoughPane(_)
+            | Self::Plastic(_)
+            | Self::PrincipledThin(_)
+            | Self::OrenNayar(_)
+            | Self::Null(_) => None,
+        }
     }
 
     /// The reflectance of the delta lobe in the direction of `wo`'s mirror image, on the same side of the surface, if there is one beside

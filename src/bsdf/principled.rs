@@ -14,7 +14,7 @@ use super::gtr1::Gtr1;
 use super::microfacet::{Distribution, Microfacets, Mirrored};
 use super::parameter::{Parameter, up_to};
 use super::rough_dielectric::Crossing;
-use super::{BsdfSample, Lobes, NOTHING};
+use super::{BsdfSample, Gloss, Lobes, NOTHING};
 use crate::math::float::{min, sqr};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -221,6 +221,17 @@ impl Principled {
         self.shares(wo).map_or(0.0, |shares| shares.all)
     }
 
+    /// See [`super::Bsdf::gloss`].
+    pub(super) fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        self.shares(wo).map(|shares| self.gloss_of(&shares))
+    }
+
+    /// That of all narrow lobes, as if they were the facets'.
+    fn gloss_of(&self, shares: &Shares) -> Gloss {
+        let facets = self.disney.facets(self.disney.roughness);
+        Gloss { alpha_squared: facets.alpha_squared(), share: 1.0 - shares.diffuse }
+    }
+
     #[inline]
     fn coat_fresnel(&self, cos: f32) -> f32 {
         /// Of an index of 1.5, whatever the base's.
@@ -423,6 +434,14 @@ impl SeenPrincipled {
     /// See [`super::Bsdf::about_albedo`].
     pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
         if wo == self.wo { self.seen.map_or(0.0, |seen| seen.shares.all) } else { self.own.about_albedo(wo) }
+    }
+
+    /// See [`super::Bsdf::gloss`].
+    pub(super) fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        match wo == self.wo {
+            true => self.seen.map(|seen| self.own.gloss_of(&seen.shares)),
+            false => self.own.gloss(wo),
+        }
     }
 
     /// Overrides one parameter; whether there is such a one.

@@ -4,7 +4,7 @@
 use super::energy::{self, Mirrors, Spread};
 use super::microfacet::Microfacets;
 use super::parameter::{Parameter, not_negative, scalar};
-use super::{BsdfSample, Lobes, NOTHING, fresnel};
+use super::{BsdfSample, Gloss, Lobes, NOTHING, fresnel};
 use crate::math::float::{max, min};
 use crate::math::quadrature::gauss_legendre;
 use crate::sampler::BsdfUniforms;
@@ -89,6 +89,11 @@ impl RoughConductor {
     /// See [`super::Bsdf::about_albedo`].
     pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
         self.fresnel(wo, Vec3::Z).mean()
+    }
+
+    /// See [`super::Bsdf::gloss`].
+    pub(super) fn gloss(&self) -> Gloss {
+        Gloss { alpha_squared: self.facets.alpha_squared(), share: 1.0 }
     }
 
     #[inline]

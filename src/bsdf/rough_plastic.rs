@@ -16,7 +16,7 @@ use super::energy::{self, Interface, Spread};
 use super::microfacet::{Distribution, Microfacets, Mirrored};
 use super::parameter::{Parameter, not_negative};
 use super::plastic::{Base, coat_probability};
-use super::{BsdfSample, Lobes, NOTHING, fresnel};
+use super::{BsdfSample, Gloss, Lobes, NOTHING, fresnel};
 use crate::math::float::{max, min, safe_sqrt, sqr};
 use crate::math::quadrature::gauss_legendre;
 use crate::sampler::BsdfUniforms;
@@ -192,6 +192,12 @@ impl RoughPlastic {
     pub(super) fn about_albedo(&self, wo: Vec3) -> f32 {
         let through = self.through(wo.z);
         self.reflectance.mean() * (1.0 - through) + self.base.reflectance.mean() * through
+    }
+
+    /// See [`super::Bsdf::gloss`].
+    pub(super) fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        let share = self.coat_probability(self.through(wo.z))?;
+        Some(Gloss { alpha_squared: self.facets.alpha_squared(), share })
     }
 
     /// How likely it is that the coat's reflection is sampled; `None` if nothing comes back.

@@ -315,7 +315,7 @@ fn black() -> Vec<Result<(), String>> {
         let (shapes, lights) = alone(kind);
         all.push(dark(name, shapes, lights));
     }
-    let chosen = LightSampler::new(&[], &[]).sample(|| Receiver { p: Vec3::ZERO, n: Vec3::Z }, || 0.5);
+    let chosen = LightSampler::new(&[], &[]).sample(|| Receiver::new(Vec3::ZERO, Vec3::Z), || 0.5);
     all.push(if chosen.is_none() { Ok(()) } else { Err("of no lights one is chosen".into()) });
     all
 }
@@ -331,7 +331,7 @@ fn many(seed: u64, count: usize) -> Result<(), String> {
         .collect();
     let sampler = LightSampler::new(&lights, &[]);
     for place in 0..PLACES {
-        let receiver = Receiver { p: 0.9 * rng.in_cube(), n: Vec3::ZERO };
+        let receiver = Receiver::new(0.9 * rng.in_cube(), Vec3::ZERO);
         let value = |light: &Light| match light {
             Light::Point(light) => {
                 f64::from(light.intensity.0.x) / (light.position - receiver.p.as_dvec3()).length_squared()

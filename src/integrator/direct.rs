@@ -19,10 +19,12 @@ use super::technique::Technique;
 use super::variant::Variant;
 use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
+use crate::bsdf::Gloss;
 use crate::bsdf::Seen;
 use crate::facts::{Feature, has};
-use crate::light::{End, FoundSky, Light, LightSample, Receiver};
+use crate::light::{End, FoundSky, Light, LightSample, Lobe, Receiver};
 use crate::material::{Layer, Scatter};
+use crate::math::float::{max, min};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::sampler::{Batch, LightUniforms, SamplerKind};
@@ -113,7 +115,7 @@ impl Walker<'_> {
     pub(super) fn sample_light<T: Technique>(
         &self,
         (path, hit, id): (&PathState, Hit, u32),
-        (surface, n): (&Surface<'_>, Vec3),
+        (surface, n, lobe): (&Surface<'_>, Vec3, &Lobe),
         (known, u): (Option<Option<LightSample>>, impl FnOnce() -> LightUniforms),
         shadows: &mut Shadows,
         record: &mut impl Record,
@@ -127,7 +129,7 @@ impl Walker<'_> {
             return;
         }
         let u = u();
-        let receiver = || Receiver { p: surface.p().as_vec3(), n };
+        let receiver = || Receiver { p: surface.p().as_vec3(), n, lobe: *lobe };
         let chosen = match T::Variant::ANY_LIGHTS {
             true => self.scene.light_sampler.sample(receiver, || u.choice()),
             // There is one: nobody asks else.
@@ -146,7 +148,7 @@ impl Walker<'_> {
     pub(super) fn sample_candidates<T: Technique>(
         &self,
         from: (&PathState, Hit, u32),
-        surface: &Surface<'_>,
+        (surface, lobe): (&Surface<'_>, &Lobe),
         (numbers, index, pick): (&Batch, usize, f32),
         shadows: &mut Shadows,
         record: &mut impl Record,
@@ -160,7 +162,7 @@ impl Walker<'_> {
             || {
                 let n = receiving_normal::<T>(surface);
                 let seen = surface.bsdf.look_from(surface.frame.to_local(surface.wo));
-                let lights = self.scene.light_sampler.at(|| Receiver { p: surface.p().as_vec3(), n });
+                let lights = self.scene.light_sampler.at(|| Receiver { p: surface.p().as_vec3(), n, lobe: *lobe });
                 let uniforms = (index * count..(index + 1) * count).map(|i| numbers.light(i));
                 if Feature::Environment.is_built()
                     && let [Light::Environment(light)] = &self.scene.lights[..]
@@ -293,6 +295,26 @@ impl Walker<'_> {
         rays.clear();
         ends.clear();
         pending.clear();
+    }
+}
+
+/// Greatest part of what is scattered that the choice of a light takes to be in a lobe. Reason: the lobe is rough guesswork.
+const MOST_IN_LOBE: f32 = 0.9;
+
+/// Least square of a lobe's angle for the choice of a light. Reason: what is narrower finds lights by itself.
+const LEAST_SPREAD: f32 = 1e-6;
+
+impl Walker<'_> {
+    /// The lobe by which a light is chosen at a surface.
+    #[inline(always)]
+    pub(super) fn lobe<T: Technique>(&self, surface: &Surface<'_>) -> Lobe {
+        if !(T::Variant::ANY_LIGHTS && T::SAMPLES_LIGHTS && self.scene.light_sampler.has_choice()) {
+            return Lobe::NONE;
+        }
+        let wo = surface.frame.to_local(surface.wo);
+        let Some(Gloss { alpha_squared, share }) = surface.bsdf.gloss(wo) else { return Lobe::NONE };
+        let axis = surface.frame.to_world(Vec3::new(-wo.x, -wo.y, wo.z));
+        Lobe { axis, spread: max(4.0 * alpha_squared, LEAST_SPREAD), share: min(share, MOST_IN_LOBE) }
     }
 }
 

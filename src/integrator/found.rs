@@ -96,8 +96,8 @@ impl Walker<'_> {
     ) {
         let weight = match path.segment {
             Segment::Delta | Segment::Mirror => 1.0,
-            Segment::Smooth { pdf: bsdf, from, n } => {
-                let receiver = || Receiver { p: from.as_vec3(), n };
+            Segment::Smooth { pdf: bsdf, from, n, lobe } => {
+                let receiver = || Receiver { p: from.as_vec3(), n, lobe };
                 let light = match T::SAMPLES_LIGHTS {
                     true => {
                         // As many as there are candidates could have found it.

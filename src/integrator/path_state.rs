@@ -2,6 +2,7 @@
 
 use crate::accel::Hit;
 use crate::film::SampleId;
+use crate::light::Lobe;
 use crate::math::ray::Ray;
 use crate::sampler::Stream;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -21,8 +22,10 @@ pub(super) enum Segment {
         pdf: SolidAnglePdf,
         /// The vertex.
         from: DVec3,
-        /// The normal by which lights were chosen there: see [`crate::light::Receiver`].
+        /// The normal and the lobe by which lights were chosen there: see [`crate::light::Receiver`].
         n: Vec3,
+        /// See [`Self::Smooth::n`].
+        lobe: Lobe,
     },
 }
 

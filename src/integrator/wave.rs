@@ -22,6 +22,7 @@ use crate::accel::{Hit, Start};
 use crate::camera::Camera;
 use crate::facts::{Feature, has};
 use crate::film::SampleId;
+use crate::light::Lobe;
 use crate::material::Layer;
 use crate::math::float::{UNIT_ROUNDOFF, min};
 use crate::math::ray::Ray;
@@ -353,25 +354,28 @@ impl Walker<'_> {
             reuse.join(id as usize, path, &surface, hit);
         }
         let bsdf_numbers = wave.bsdf_numbers.bsdf(index);
+        // What others use as well sees each of them from another side.
+        let has_joined = path.depth == 2 && wave.reuse.as_ref().is_some_and(|reuse| reuse.has_joined(id as usize));
+        let lobe = if has_joined { Lobe::NONE } else { self.lobe::<T>(&surface) };
         // Light sampled on purpose.
         if T::SAMPLES_LIGHTS && surface.bsdf.lobes().smooth && !self.scene.lights.is_empty() {
             let from = (&*path, hit, id);
             if path.depth == 1 && has(Feature::Candidates, self.candidates.count > 1) {
                 let numbers = (&wave.light_numbers, index, bsdf_numbers.roulette());
-                self.sample_candidates::<T>(from, &surface, numbers, &mut wave.shadows, record);
+                self.sample_candidates::<T>(from, (&surface, &lobe), numbers, &mut wave.shadows, record);
             } else {
                 let n = receiving_normal::<T>(&surface);
                 let known = only.and_then(|light| wave.together.light::<T::Variant>(light, index % AHEAD, n));
                 let numbers = || wave.light_numbers.light(index);
-                self.sample_light::<T>(from, (&surface, n), (known, numbers), &mut wave.shadows, record);
+                self.sample_light::<T>(from, (&surface, n, &lobe), (known, numbers), &mut wave.shadows, record);
             }
         }
         // What such a lobe of a vertex that others use finds is a matter of its own: it does without.
         let mirrored = surface.bsdf.lobes().delta
             && self.has_glints::<T>()
-            && !(path.depth == 2 && wave.reuse.as_ref().is_some_and(|reuse| reuse.has_joined(id as usize)))
+            && !has_joined
             && self.look_for_glint::<T>((&*path, hit, id), &surface, &mut wave.glints, record);
-        self.go_on::<T>(path, &surface, (hit, met), (bsdf_numbers, mirrored), record);
+        self.go_on::<T>(path, (&surface, lobe), (hit, met), (bsdf_numbers, mirrored), record);
     }
 
     /// Whether something absorbs light inside of it.
@@ -403,7 +407,7 @@ impl Walker<'_> {
     fn go_on<T: Technique>(
         &self,
         path: &mut PathState,
-        surface: &Surface<'_>,
+        (surface, lobe): (&Surface<'_>, Lobe),
         (hit, met): (Hit, bool),
         (uniforms, mirrored): (BsdfUniforms, bool),
         record: &mut impl Record,
@@ -418,7 +422,7 @@ impl Walker<'_> {
         }
         path.segment = match sample.pdf {
             Some(pdf) if Feature::Mis.is_built() => {
-                Segment::Smooth { pdf, from: surface.p(), n: receiving_normal::<T>(surface) }
+                Segment::Smooth { pdf, from: surface.p(), n: receiving_normal::<T>(surface), lobe }
             }
             pdf => {
                 if Feature::Aovs.is_built() && pdf.is_none() && sample.wi == -wo {

@@ -1,6 +1,6 @@
 //! What eight lights can send to a point, at once: [`Beam::importance`] on vectors, the same bits.
 
-use super::reach::{Beam, Reach, Receiver, SLACK};
+use super::reach::{Beam, Lobe, Reach, Receiver, SLACK};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 use glam::Vec3;
@@ -79,6 +79,7 @@ impl Beams {
         let sin = sin.simd_lt(one).select(sin, one);
         // From inside the sphere the directions to it are all there are.
         let around = Angles { cos: outside.select(sine(sin, zero, one), splat(-1.0)), sin: outside.select(sin, zero) };
+        let filled = outside.select(sin, one);
         let axis = Vector { x: load(&self.axis[0]), y: load(&self.axis[1]), z: load(&self.axis[2]) };
         let along = zero - axis.dot(wi);
         let along = load(&self.both_sides).simd_gt(zero).select(along.abs(), along);
@@ -91,7 +92,10 @@ impl Beams {
         if at.n != Vec3::ZERO {
             let cos = wi.x * at.n.x + wi.y * at.n.y + wi.z * at.n.z;
             let cos_receiver = Angles { cos, sin: sine(cos, zero, one) }.less(around, zero, one).cos;
-            importance *= at_least_slack(cos_receiver);
+            importance *= match at.lobe.share > 0.0 {
+                true => scattered(&at.lobe, wi, at_least_slack(cos_receiver), filled),
+                false => at_least_slack(cos_receiver),
+            };
             importance = cos_receiver.simd_lt(zero - slack).select(zero, importance);
         }
         let most = splat(Reach::MOST);
@@ -123,6 +127,15 @@ impl<S: Simd> Vector<S> {
     fn scaled(self, factor: f32x8<S>) -> Self {
         Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
+}
+
+/// [`Lobe::scattered`] for eight lights.
+#[inline(always)]
+fn scattered<S: Simd>(lobe: &Lobe, wi: Vector<S>, cos: f32x8<S>, sin: f32x8<S>) -> f32x8<S> {
+    let to = Vector { x: wi.x - lobe.axis.x, y: wi.y - lobe.axis.y, z: wi.z - lobe.axis.z };
+    let wide = sin * sin + lobe.spread;
+    let off = wide + to.dot(to);
+    cos * (1.0 - lobe.share) + wide / (off * off) * lobe.share
 }
 
 /// Eight angles, as [`super::reach`] has them.
@@ -163,7 +176,7 @@ mod tests {
             corners in prop::array::uniform8(prop::array::uniform3(-2.0_f32..2.0)), size in prop::array::uniform3(0.0_f32..1.0),
             axes in prop::array::uniform8(prop::array::uniform3(-1.0_f32..1.0)), cones in prop::array::uniform8(-1.0_f32..=1.0),
             both in prop::array::uniform8(prop::bool::ANY), n in prop::array::uniform3(-1.0_f32..1.0), count in 1_usize..=8,
-            scale in -40_i32..40, is_point in prop::bool::ANY, at in 0_usize..8,
+            scale in -40_i32..40, is_point in prop::bool::ANY, at in 0_usize..8, spread in 1e-8_f32..4.0,
         ) {
             let scale = libm::ldexpf(1.0, scale);
             let beams: Vec<Beam> = (0..count)
@@ -177,8 +190,9 @@ mod tests {
                 })
                 .collect();
             for p in [Vec3::ZERO, Vec3::from(corners[at]) * scale] {
-                for n in [Vec3::ZERO, Vec3::from(n).normalize_or_zero()] {
-                    let at = Receiver { p, n };
+                let n = Vec3::from(n).normalize_or_zero();
+                let lobe = Lobe { axis: Vec3::from(axes[at]).normalize_or(Vec3::Z), spread, share: 0.75 };
+                for at in [Receiver::new(p, Vec3::ZERO), Receiver::new(p, n), Receiver { p, n, lobe }] {
                     let mut expected = [0.0; LANES];
                     for (expected, beam) in expected.iter_mut().zip(&beams) {
                         *expected = beam.importance(&at);

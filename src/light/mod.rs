@@ -30,7 +30,7 @@ pub use environment::{EnvironmentLight, FoundSky};
 pub use point::PointLight;
 pub use projector::ProjectorLight;
 pub use quad::{FoundOnQuad, Quad, Receivers};
-pub use reach::{Beam, Reach, Receiver};
+pub use reach::{Beam, Lobe, Reach, Receiver};
 pub use sampler::{LightSampler, LightsAt};
 pub use slide::Slide;
 pub use spot::{SpotLight, SpotSlide};

@@ -37,6 +37,45 @@ pub struct Receiver {
     pub p: Vec3,
     /// The normal on the side from which light is scattered; zero where it is from both sides.
     pub n: Vec3,
+    /// Where to most of it goes that the viewer sees.
+    pub lobe: Lobe,
+}
+
+/// What a surface scatters to its viewer, roughly: a part in a lobe of the shape of Trowbridge and Reitz's around one direction, the
+/// rest in proportion to the cosine.
+#[derive(Clone, Copy, Debug)]
+pub struct Lobe {
+    /// Unit vector of the middle: where a mirror's light would come from.
+    pub axis: Vec3,
+    /// The square of the lobe's angle, positive: 4α², as directions turn twice as much as the microfacets that mirror them.
+    pub spread: f32,
+    /// Which part is in the lobe, below 1; 0 where there is none.
+    pub share: f32,
+}
+
+impl Lobe {
+    /// There is none.
+    pub const NONE: Self = Self { axis: Vec3::Z, spread: 1.0, share: 0.0 };
+
+    /// What is scattered of a light in the direction `wi`, as a multiple of what would be if it were scattered all around and met the
+    /// surface head on: `cos` is the light's cosine there, and `sin` the sine of the angle that it fills around `wi`.
+    ///
+    /// Spread over its angle, a lobe's density is q/(π·(q + c²)²), where c is the chord between its axis and a direction and q its
+    /// spread; a light that is not small against the lobe widens it by as much as itself.
+    #[inline(always)]
+    pub(super) fn scattered(&self, wi: Vec3, cos: f32, sin: f32) -> f32 {
+        let to = wi - self.axis;
+        let wide = self.spread + sin * sin;
+        let off = wide + to.length_squared();
+        (1.0 - self.share) * cos + self.share * (wide / (off * off))
+    }
+}
+
+impl Receiver {
+    /// One that scatters in proportion to the cosine, as far as is known.
+    pub fn new(p: Vec3, n: Vec3) -> Self {
+        Self { p, n, lobe: Lobe::NONE }
+    }
 }
 
 /// Cosines this far beyond the limits of what a light reaches still count, as this much: the bounds are rounded, and what is
@@ -119,6 +158,7 @@ impl Beam {
             // From inside the sphere the directions to it are all there are.
             (to.normalize_or_zero(), Angle { cos: -1.0, sin: 0.0 })
         };
+        let filled = if distance_squared > radius_squared { around.sin } else { 1.0 };
         let along = -self.axis.dot(wi);
         let axis = Angle::of_cos(if self.both_sides { along.abs() } else { along });
         let cos_light = axis.less(self.normals).less(around).cos;
@@ -131,7 +171,11 @@ impl Beam {
             if cos_receiver < -SLACK {
                 return 0.0;
             }
-            importance *= max(cos_receiver, SLACK);
+            let cos_receiver = max(cos_receiver, SLACK);
+            importance *= match at.lobe.share > 0.0 {
+                true => at.lobe.scattered(wi, cos_receiver, filled),
+                false => cos_receiver,
+            };
         }
         min(importance, Reach::MOST)
     }
@@ -282,7 +326,7 @@ mod tests {
                 let (d2, wi) = (to.length_squared(), to.normalize());
                 let cos_receiver = if receiver == Vec3::ZERO { 1.0 } else { max(0.0, wi.dot(receiver)) };
                 let sent = max(0.0, -wi.dot(m)) * cos_receiver / d2;
-                let bound = Beam::new(&reach).importance(&Receiver { p: Vec3::ZERO, n: receiver });
+                let bound = Beam::new(&reach).importance(&Receiver::new(Vec3::ZERO, receiver));
                 // From inside the sphere around the box the distance is that of the sphere's rim: no bound any more, but
                 // never nothing.
                 let half = bounds.extent() * 0.5;
@@ -307,7 +351,7 @@ mod tests {
             power: 2.0,
             both_sides: false,
         };
-        let at = |p, n| Beam::new(&point).importance(&Receiver { p, n });
+        let at = |p, n| Beam::new(&point).importance(&Receiver::new(p, n));
         assert_eq!(at(Vec3::X, Vec3::ZERO), 0.0);
         assert!((at(Vec3::X * 3.0, Vec3::ZERO) - 0.5).abs() < 1e-6);
         assert_eq!(at(Vec3::X * 3.0, Vec3::X), 0.0);

@@ -93,6 +93,12 @@ impl LightSampler {
         LightsAt { count: self.count, choice: self.choice.as_ref().map(|choice| Importances::new(choice, &at())) }
     }
 
+    /// Whether there is a choice.
+    #[inline(always)]
+    pub fn has_choice(&self) -> bool {
+        has(Feature::LightChoice, self.choice.is_some())
+    }
+
     /// The probability of choosing a light at a point.
     #[inline(always)]
     pub fn pmf(&self, light: usize, at: impl FnOnce() -> Receiver) -> f32 {
@@ -314,8 +320,17 @@ fn share(infinite: f64, finite: f64) -> Option<f64> {
 impl Infinite {
     #[inline(always)]
     fn importance(&self, at: &Receiver) -> f64 {
-        let cos = if self.wi == Vec3::ZERO || at.n == Vec3::ZERO { 1.0 } else { at.n.dot(self.wi) };
-        if cos < -SLACK { 0.0 } else { f64::from(min(self.power * max(cos, SLACK), Reach::MOST)) }
+        // Of a sky that is the same all around a lobe scatters as much as what scatters all around.
+        if self.wi == Vec3::ZERO || at.n == Vec3::ZERO {
+            return f64::from(min(self.power, Reach::MOST));
+        }
+        let cos = at.n.dot(self.wi);
+        if cos < -SLACK {
+            return 0.0;
+        }
+        let cos = max(cos, SLACK);
+        let scattered = if at.lobe.share > 0.0 { at.lobe.scattered(self.wi, cos, 0.0) } else { cos };
+        f64::from(min(self.power * scattered, Reach::MOST))
     }
 }
 

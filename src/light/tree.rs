@@ -259,7 +259,7 @@ mod tests {
     fn receivers() -> Vec<Receiver> {
         let normals = [Vec3::ZERO, Vec3::Z, Vec3::new(0.6, -0.8, 0.0)];
         let points = [Vec3::ZERO, Vec3::splat(0.5), Vec3::new(0.9, -0.9, 0.3), Vec3::new(-0.45, -0.45, -0.45)];
-        points.iter().flat_map(|&p| normals.iter().map(move |&n| Receiver { p, n })).collect()
+        points.iter().flat_map(|&p| normals.iter().map(move |&n| Receiver::new(p, n))).collect()
     }
 
     #[test]
@@ -328,7 +328,7 @@ mod tests {
     fn many_lights_in_one_place_are_a_tree_all_the_same() {
         let one = lights(1)[0].1;
         let tree = LightTree::new((0..1000).map(|i| (i, one)).collect(), 1000).unwrap();
-        let at = Receiver { p: Vec3::ZERO, n: Vec3::ZERO };
+        let at = Receiver::new(Vec3::ZERO, Vec3::ZERO);
         assert!((0..1000).all(|i| (pmf(&tree, i, &at) * 1000.0 - 1.0).abs() < 0.1));
     }
 
@@ -339,7 +339,7 @@ mod tests {
         all.iter_mut().for_each(|(_, reach)| (reach.cos_normals, reach.power) = (-1.0, 1.0));
         all[3].1.bounds = Bounds::of([Vec3::new(0.3, 0.31, 0.29)]);
         let tree = LightTree::new(all, 200).unwrap();
-        let at = Receiver { p: Vec3::new(0.3, 0.3, 0.3), n: Vec3::ZERO };
+        let at = Receiver::new(Vec3::new(0.3, 0.3, 0.3), Vec3::ZERO);
         assert!(pmf(&tree, 3, &at) > 4.0 / 200.0, "{}", pmf(&tree, 3, &at));
     }
 }

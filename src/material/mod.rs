@@ -10,7 +10,7 @@ mod layer;
 pub use graph::{Graph, Node, NormalSource, Number, Place, Terminator};
 pub use layer::{Layer, Perturbation};
 
-use crate::bsdf::{Bsdf, BsdfSample, Lobes, Seen};
+use crate::bsdf::{Bsdf, BsdfSample, Gloss, Lobes, Seen};
 use crate::facts::{Feature, has};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -114,6 +114,16 @@ impl Scatter<'_> {
         match self {
             Self::One(bsdf) => bsdf.look_from(&wo),
             Self::Layers(_) => Seen::Any,
+        }
+    }
+
+    /// See [`Bsdf::gloss`]; of what is worked out at each point nobody asks.
+    #[inline(always)]
+    pub fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        match self {
+            Self::One(bsdf) if !matches!(bsdf, Bsdf::Diffuse(_)) => bsdf.gloss(&wo),
+            Self::Layers([layer]) if layer.perturbation.is_none() => layer.bsdf.gloss(&wo),
+            _ => None,
         }
     }
 

@@ -166,3 +166,25 @@ fn mirrors_reflect_what_their_samples_do() {
     }
     assert!(told > 20, "{told}");
 }
+
+/// What is told of a lobe are numbers that a light can be chosen by; and within it more is scattered than beside it.
+#[test]
+fn glossy_lobes_are_where_most_is_scattered() {
+    let mut told = 0;
+    for row in table() {
+        for wo in directions(true) {
+            let Some(Gloss { alpha_squared, share }) = row.bsdf.gloss(&wo) else { continue };
+            assert!(alpha_squared > 0.0 && alpha_squared.is_finite(), "{}, wo {wo}: {alpha_squared}", row.name);
+            assert!((0.0..=1.0).contains(&share), "{}, wo {wo}: {share}", row.name);
+            // Where microfacets mask each other the maximum lies elsewhere.
+            if wo.z > 0.5 && share > 0.1 && alpha_squared < 0.01 {
+                let scattered = |wi: Vec3| row.bsdf.eval_pdf(wo, wi).0.luminance() / wi.z;
+                let inside = scattered(Vec3::new(-wo.x, -wo.y, wo.z));
+                let outside = scattered(Vec3::new(wo.y, wo.x + 0.8, wo.z).normalize());
+                assert!(inside > outside, "{}, wo {wo}: {inside} {outside}", row.name);
+                told += 1;
+            }
+        }
+    }
+    assert!(told > 10, "{told}");
+}

@@ -1,7 +1,7 @@
 //! Laws of choosing a light.
 
 use super::*;
-use crate::light::{AreaLight, ConstantLight, DirectionalLight, PointLight};
+use crate::light::{AreaLight, ConstantLight, DirectionalLight, Lobe, PointLight};
 use crate::shape::disk::Disk;
 use crate::shape::sphere::Sphere;
 use glam::DVec3;
@@ -44,7 +44,39 @@ fn scene(finite: usize, infinite: usize) -> (Vec<Light>, Vec<Shape>) {
 fn receivers() -> Vec<Receiver> {
     let normals = [Vec3::ZERO, Vec3::Z, Vec3::NEG_Z, Vec3::new(0.6, -0.8, 0.0)];
     let points = [Vec3::ZERO, Vec3::splat(0.5), Vec3::new(0.9, -0.9, 0.3), Vec3::new(-0.45, 0.05, -0.25)];
-    points.iter().flat_map(|&p| normals.iter().map(move |&n| Receiver { p, n })).collect()
+    let plain = points.iter().flat_map(|&p| normals.iter().map(move |&n| Receiver::new(p, n)));
+    plain.flat_map(|at| [at, Receiver { lobe: lobe_around(Vec3::new(0.48, 0.6, 0.64)), ..at }]).collect()
+}
+
+/// A narrow lobe.
+fn lobe_around(axis: Vec3) -> Lobe {
+    Lobe { axis, spread: 1e-3, share: 0.9 }
+}
+
+/// Of lights that are alike the one that a mirror would show is chosen most, and the more the narrower the lobe; a lobe that is as
+/// wide as all directions changes next to nothing.
+#[test]
+fn lights_in_a_lobe_are_preferred() {
+    let point = |x: f64| {
+        let position = DVec3::new(x, 0.0, 1.0);
+        Light::Point(PointLight { position, intensity: Rgb::WHITE, clearance: 0.0, touching: vec![] })
+    };
+    let sampler = LightSampler::new(&[point(-1.0), point(1.0)], &[]);
+    let axis = Vec3::new(1.0, 0.0, 1.0).normalize();
+    let pmf = |spread: f32| {
+        let lobe = Lobe { axis, spread, share: 0.5 };
+        sampler.pmf(1, || Receiver { lobe, ..Receiver::new(Vec3::ZERO, Vec3::Z) })
+    };
+    assert!((pmf(1e6) - 0.5).abs() < 1e-5, "{}", pmf(1e6));
+    // By hand: ½·√½ + ½·q/(q + c²)², where c² is 0 and 2.
+    let by_hand = |q: f32| {
+        let part = |c2: f32| 0.5 * 0.5_f32.sqrt() + 0.5 * q / (q + c2).powi(2);
+        part(0.0) / (part(0.0) + part(2.0))
+    };
+    for spread in [1e-4, 1e-2, 1.0] {
+        assert!((pmf(spread) - by_hand(spread)).abs() < 1e-5, "{spread}: {} {}", pmf(spread), by_hand(spread));
+    }
+    assert!(pmf(1e-4) > 0.999 && pmf(1e-2) > pmf(1.0));
 }
 
 /// Every number belongs to the light that has it in its interval: evenly spaced ones come to each as often as its probability
