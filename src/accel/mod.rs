@@ -71,26 +71,26 @@ impl Accel {
     /// in some milliseconds.
     pub const FEW_TRIANGLES: usize = 8192;
 
-    /// From so many rays a triangle on, our own accelerator is taken if the user does not say which: building with the least care
-    /// takes 0.15 to 0.3 µs of CPU time more for each triangle than Embree does, and a ray 0.05 to 0.2 µs less. Of whole renders with
-    /// 0.6, 1.2 and 2.4 rays a triangle the classroom takes 1.23, 0.99 and 0.84 of Embree's time, with 0.9, 1.8 and 3.6 veach-ajar 1.05, 1.00 and 1.00.
+    /// From so many rays a triangle on, our own accelerator is taken on processors without AVX2 if the user does not say which. There, rays
+    /// take nearly as long in either.
     pub const MANY_RAYS: f64 = 2.0;
 
     /// From so many rays a triangle on, our own tree is built with [`Quality::High`] if the user does not say how: over
-    /// [`Quality::Medium`] that takes 0.3 to 0.6 µs more for each triangle, and a ray 0.02 to 0.03 µs less.
+    /// [`Quality::Medium`] that takes up to 0.3 µs more for each triangle, and a ray up to 0.03 µs less.
     pub const RAYS_FOR_HIGH: f64 = 24.0;
 
-    /// The same for [`Quality::Medium`] over [`Quality::Low`]: 0.2 to 0.35 µs, and 0.01 to 0.07 µs.
+    /// The same for [`Quality::Medium`] over [`Quality::Low`]: 0.04 µs, and up to 0.07 µs. Whole renders of four samples, of two to six rays
+    /// a triangle, take 0.97 to 1.02 of their time with it.
     pub const RAYS_FOR_MEDIUM: f64 = 8.0;
 
     /// About so many bytes are in use for each triangle while an accelerator is built, at most: measured as peaks with a million
-    /// triangles of a relief and 300,000 long thin ones, and rounded up.
+    /// triangles of a relief (220 and 235) or each for itself (200 and 215) and 300,000 long thin ones (210 and 240), and rounded up.
     #[must_use]
     pub fn bytes_per_triangle(accelerator: Accelerator, quality: Quality) -> u64 {
         const EMBREE: u64 = 160;
         let native = match quality {
-            Quality::Low => 350,
-            Quality::Medium | Quality::High => 460,
+            Quality::Low => 250,
+            Quality::Medium | Quality::High => 280,
         };
         match accelerator {
             Accelerator::Embree => EMBREE,

@@ -2,6 +2,7 @@
 
 use super::Nearest;
 use super::item::Item;
+use super::pages::Array;
 use super::spatial::Corners;
 use super::wide::Stack;
 use crate::accel::Hit;
@@ -9,7 +10,6 @@ use crate::math::ray::Ray;
 use crate::shape::Shape;
 use glam::{Vec3, Vec4};
 use std::fmt::Debug;
-use std::ops::Deref;
 
 /// Triangles in a leaf.
 pub(super) const BLOCK_SIZE: usize = 4;
@@ -26,7 +26,7 @@ pub(super) trait Block: Send + Sync + Sized {
     type Nearest: Copy;
 
     /// Many of them.
-    type Blocks: Deref<Target = [Self]> + From<Vec<Self>> + Send + Sync + Debug;
+    type Blocks: Array<Self> + Send + Sync + Debug;
 
     /// The most primitives in one.
     const SIZE: usize;

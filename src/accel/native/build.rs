@@ -2,7 +2,8 @@
 //!
 //! After Wald 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*. The tree is a function of the
 //! primitives and their order alone: bins are merged by minima, maxima and counts, which do not depend on the order of
-//! merging, each half of a split is built by itself, and its items and nodes have their place before it is built.
+//! merging, each half of a split is built by itself, its items have their place before it is built, and its nodes get theirs
+//! when both are.
 //!
 //! Triangles may be cut where that makes boxes overlap much less ([`super::spatial`]). Each subtree has places for as many
 //! parts more as its share of all spare ones ([`SPARE`]).
@@ -67,8 +68,7 @@ const LEAST_GAIN: f32 = 0.95;
 /// Where two blocks have together at most this part of the area of the one that would hold all, they are two.
 const PART_TO_DIVIDE: f32 = 0.7;
 
-/// A node of the binary tree. The tree over n primitives takes 2n − 1 places of which some stay unused; the left child
-/// comes right after its parent.
+/// A node of the binary tree. The left child comes right after its parent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BinaryNode {
     pub(super) bounds: Bounds,
@@ -76,9 +76,9 @@ pub(super) struct BinaryNode {
 }
 
 impl BinaryNode {
-    /// Half of the surface area of its box; 0 of an unused place.
+    /// Half of the surface area of its box.
     pub(super) fn area(&self) -> f64 {
-        if self.bounds.is_empty() { 0.0 } else { half_area(self.bounds) }
+        half_area(self.bounds)
     }
 }
 
@@ -111,16 +111,48 @@ pub(super) fn build(
     let least_part = if quality == Quality::High { LEAST_OVERLAP } else { LEAST_OVERLAP_OF_MEDIUM };
     let spare = if corners.is_some() { (count / SPARE).min(Accel::MAX_PRIMITIVES.saturating_sub(count)) } else { 0 };
     items.resize(count + spare, items[0]);
-    let unused = BinaryNode { bounds: Bounds::EMPTY, kind: Kind::Leaf { first: 0, count: 0 } };
-    let mut nodes = vec![unused; 2 * items.len() - 1];
     let whole = Extent::of(&items[..count]);
     let size = (whole.bounds.max - whole.bounds.min).truncate().max_element();
     // All areas of a point are 0, whatever the unit.
     let unit = if size > 0.0 { 1.0 / size } else { 1.0 };
     let least_area = LEAST_PART_OF_WHOLE * whole.bounds.half_area(unit);
     let builder = Builder { leaf_size, most_bins, corners, least_area, least_part, unit };
+    let mut nodes = Nodes::default();
     builder.subtree(Places { items, count, first: 0 }, &whole, &mut nodes, 0, &mut { NO_BINS });
-    nodes
+    nodes.joined()
+}
+
+/// The nodes of a subtree, in pieces that threads of their own have built. How many there will be nobody knows before, and room for as
+/// many as there could be would take several times as long to be had as what is needed.
+#[derive(Default)]
+struct Nodes {
+    pieces: Vec<Vec<BinaryNode>>,
+    count: usize,
+}
+
+impl Nodes {
+    /// Appends one.
+    fn push(&mut self, node: BinaryNode) {
+        if self.pieces.is_empty() {
+            self.pieces.push(Vec::new());
+        }
+        if let Some(last) = self.pieces.last_mut() {
+            last.push(node);
+        }
+        self.count += 1;
+    }
+
+    /// Appends all of another.
+    fn append(&mut self, other: Self) {
+        self.pieces.extend(other.pieces);
+        self.count += other.count;
+    }
+
+    fn joined(self) -> Vec<BinaryNode> {
+        let mut all = Vec::with_capacity(self.count);
+        self.pieces.into_iter().for_each(|piece| all.extend(piece));
+        all
+    }
 }
 
 /// What is the same for all subtrees.
@@ -160,7 +192,7 @@ impl<'a> Places<'a> {
 }
 
 impl Builder<'_> {
-    fn subtree(&self, places: Places<'_>, extent: &Extent, nodes: &mut [BinaryNode], depth: usize, bins: &mut Bins) {
+    fn subtree(&self, places: Places<'_>, extent: &Extent, nodes: &mut Nodes, depth: usize, bins: &mut Bins) {
         let Places { items, count, first } = places;
         let halves = if count > self.leaf_size {
             Some(self.split(items, count, extent, depth, bins))
@@ -169,24 +201,29 @@ impl Builder<'_> {
         };
         let Some(Halves { middle, end, extents }) = halves else {
             let kind = Kind::Leaf { first: first as u32, count: count as u32 };
-            nodes[0] = BinaryNode { bounds: extent.bounds.bounds(), kind };
-            return;
+            return nodes.push(BinaryNode { bounds: extent.bounds.bounds(), kind });
         };
         let [left_extent, right_extent] = &extents;
         let (left, right) = Places { items, count, first }.divide(middle, end);
-        let (head, rest) = nodes.split_at_mut(1);
-        let (left_nodes, right_nodes) = rest.split_at_mut(2 * left.items.len() - 1);
-        head[0] =
-            BinaryNode { bounds: extent.bounds.bounds(), kind: Kind::Inner { right: 2 * left.items.len() as u32 } };
+        let inner = |right| BinaryNode { bounds: extent.bounds.bounds(), kind: Kind::Inner { right } };
         let larger = left.count.max(right.count);
         if larger < PARALLEL_SUBTREE {
-            self.subtree(left, left_extent, left_nodes, depth + 1, bins);
-            self.subtree(right, right_extent, right_nodes, depth + 1, bins);
+            // All of it in the same piece.
+            nodes.push(inner(0));
+            let (piece, place) = (nodes.pieces.len() - 1, nodes.pieces[nodes.pieces.len() - 1].len() - 1);
+            self.subtree(left, left_extent, nodes, depth + 1, bins);
+            let right_place = nodes.pieces[piece].len() - place;
+            self.subtree(right, right_extent, nodes, depth + 1, bins);
+            nodes.pieces[piece][place] = inner(right_place as u32);
         } else {
+            let (mut left_nodes, mut right_nodes) = (Nodes::default(), Nodes::default());
             rayon::join(
-                || self.subtree(left, left_extent, left_nodes, depth + 1, bins),
-                || self.subtree(right, right_extent, right_nodes, depth + 1, &mut { NO_BINS }),
+                || self.subtree(left, left_extent, &mut left_nodes, depth + 1, bins),
+                || self.subtree(right, right_extent, &mut right_nodes, depth + 1, &mut { NO_BINS }),
             );
+            nodes.push(inner(left_nodes.count as u32 + 1));
+            nodes.append(left_nodes);
+            nodes.append(right_nodes);
         }
     }
 

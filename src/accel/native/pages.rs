@@ -5,6 +5,7 @@
 
 use bytemuck::Pod;
 use memmap2::MmapMut;
+use rayon::prelude::*;
 use std::ops::Deref;
 
 /// Size of a huge page of x86 and, with 4 KiB pages, of ARM.
@@ -25,29 +26,51 @@ impl<T: Pod> Pages<T> {
         size_of_val::<[T]>(self)
     }
 
-    /// A copy in huge pages, if the system gives them.
-    fn mapped(items: &[T]) -> Option<Self> {
-        let bytes: &[u8] = bytemuck::cast_slice(items);
-        let mut map = MmapMut::map_anon(bytes.len() + HUGE_PAGE).ok()?;
+    /// An array of so many in huge pages, if the system gives them.
+    fn mapped(count: usize, make: &(impl Fn(usize) -> T + Sync)) -> Option<Self>
+    where
+        T: Send,
+    {
+        let bytes = count.checked_mul(size_of::<T>())?;
+        let mut map = MmapMut::map_anon(bytes.checked_add(HUGE_PAGE)?).ok()?;
         #[cfg(target_os = "linux")]
         map.advise(memmap2::Advice::HugePage).ok()?;
         let start = map.as_ptr().align_offset(HUGE_PAGE);
-        let range = start..start.checked_add(bytes.len())?;
-        map.get_mut(range.clone())?.copy_from_slice(bytes);
+        let range = start..start.checked_add(bytes)?;
+        let items: &mut [T] = bytemuck::cast_slice_mut(map.get_mut(range.clone())?);
+        items.par_chunks_mut(MADE_AT_ONCE).enumerate().for_each(|(chunk, items)| {
+            for (i, item) in items.iter_mut().enumerate() {
+                *item = make(chunk * MADE_AT_ONCE + i);
+            }
+        });
         Some(Self::Mapped(map, range))
     }
 }
 
-impl<T: Pod> From<Vec<T>> for Pages<T> {
-    fn from(mut items: Vec<T>) -> Self {
+/// Elements that one task makes.
+const MADE_AT_ONCE: usize = 1024;
+
+/// An array that is made once, where it stays: what is copied there takes twice the memory, and half as long again.
+pub(super) trait Array<T>: Deref<Target = [T]> {
+    /// So many elements, each a function of its index, made in parallel.
+    fn made(count: usize, make: impl Fn(usize) -> T + Sync) -> Self;
+}
+
+impl<T: Send> Array<T> for Vec<T> {
+    fn made(count: usize, make: impl Fn(usize) -> T + Sync) -> Self {
+        (0..count).into_par_iter().with_min_len(MADE_AT_ONCE).map(&make).collect()
+    }
+}
+
+impl<T: Pod + Send> Array<T> for Pages<T> {
+    fn made(count: usize, make: impl Fn(usize) -> T + Sync) -> Self {
         if cfg!(target_os = "linux")
-            && size_of_val(&*items) >= HUGE_PAGE
-            && let Some(mapped) = Self::mapped(&items)
+            && count * size_of::<T>() >= HUGE_PAGE
+            && let Some(mapped) = Self::mapped(count, &make)
         {
             return mapped;
         }
-        items.shrink_to_fit();
-        Self::Vector(items)
+        Self::Vector(Array::made(count, make))
     }
 }
 
@@ -71,7 +94,7 @@ mod tests {
     fn holds_what_it_was_given() {
         for count in [0, 1, 1000, 3 << 17, (3 << 17) + 1] {
             let items: Vec<[u64; 2]> = (0..count).map(|i| [i, !i]).collect();
-            let pages = Pages::from(items.clone());
+            let pages = Pages::made(count as usize, |i| items[i]);
             assert_eq!(&*pages, &*items);
             assert_eq!(pages.memory_bytes(), size_of_val(&*items));
         }

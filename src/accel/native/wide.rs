@@ -46,7 +46,7 @@ use super::block::{Block, BlockRay, SceneRay};
 use super::build::{self, BinaryNode, Kind, MAX_DEPTH};
 use super::collapse::Plans;
 use super::item::Item;
-use super::pages::Pages;
+use super::pages::{Array, Pages};
 use crate::accel::{Hit, Quality};
 use crate::math::bounds::Bounds;
 use crate::math::float::{UNIT_ROUNDOFF, max};
@@ -56,7 +56,6 @@ use bytemuck::{Pod, Zeroable};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 use glam::{BVec4A, Vec4};
-use rayon::prelude::*;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -297,12 +296,11 @@ impl<B: Block> Tree<B> {
         let mut layout = Layout { binary: &binary, plans: Plans::new(&binary), nodes: Vec::new(), leaves: Vec::new() };
         let (root, depth) = layout.add(0);
         let Layout { nodes, leaves, .. } = layout;
-        let blocks: Vec<B> =
-            leaves.into_par_iter().with_min_len(1024).map(|leaf| B::new(&items[leaf], source)).collect();
+        let blocks = B::Blocks::made(leaves.len(), |i| B::new(&items[leaves[i].clone()], source));
         let Bounds { min, max } = binary[0].bounds;
         Some(Self {
-            nodes: nodes.into(),
-            blocks: blocks.into(),
+            nodes: Pages::made(nodes.len(), |i| nodes[i]),
+            blocks,
             root,
             reach: min.abs().max(max.abs()).max_element(),
             depth,
