@@ -123,6 +123,38 @@ const GLINTS: &str = r#"<scene version="3.0.0"><integrator type="path"><integer 
     <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-50"/><scale value="0.6"/>
         <translate x="0" y="0.6" z="1.4"/></transform><bsdf type="thindielectric"/></shape></scene>"#;
 
+/// A rough floor in a room with lamps behind what lets light through: a half transparent portal, a pane, a slab of glass, a mask and
+/// a slab of hardly any contrast; and a dim sky, which is seen through all of them and by itself.
+const WINDOWS: &str = r#"<scene version="3.0.0"><integrator type="path"><integer name="max_depth" value="6"/></integrator>
+    <sensor type="perspective"><float name="fov" value="50"/>
+    <transform name="to_world"><lookat origin="0, 3, 7" target="0, 0.6, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="32"/><rfilter type="box"/></film></sensor>
+    <emitter type="constant"><rgb name="radiance" value="0.1, 0.15, 0.2"/></emitter>
+    <bsdf type="diffuse" id="black"><rgb name="reflectance" value="0"/></bsdf>
+    <shape type="rectangle"><transform name="to_world"><scale value="4"/><rotate x="1" angle="-90"/></transform>
+        <bsdf type="roughplastic"><float name="alpha" value="0.3"/><float name="int_ior" value="1.9"/></bsdf></shape>
+    <shape type="rectangle"><transform name="to_world"><scale value="2"/><translate z="-3" y="2"/></transform>
+        <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.6, 0.5, 0.4"/></bsdf></bsdf></shape>
+    <shape type="rectangle"><transform name="to_world"><scale value="0.4"/><rotate y="1" angle="90"/><translate x="-3.6" y="1"/></transform>
+        <ref id="black"/><emitter type="area"><rgb name="radiance" value="12, 9, 6"/></emitter></shape>
+    <shape type="rectangle"><transform name="to_world"><scale value="1"/><rotate y="1" angle="90"/><translate x="-2.6" y="1"/></transform>
+        <bsdf type="blendbsdf"><float name="weight" value="0.5"/><bsdf type="dielectric"><float name="int_ior" value="1"/></bsdf>
+            <ref id="black"/></bsdf></shape>
+    <shape type="sphere"><point name="center" x="3.4" y="1.2" z="0"/><float name="radius" value="0.3"/>
+        <emitter type="area"><rgb name="radiance" value="6, 9, 12"/></emitter></shape>
+    <shape type="rectangle"><transform name="to_world"><scale value="1.2"/><rotate y="1" angle="-70"/><translate x="2.6" y="1.2"/></transform>
+        <bsdf type="thindielectric"/></shape>
+    <shape type="disk"><transform name="to_world"><scale value="0.5"/><rotate x="1" angle="90"/><translate y="3.5" z="-0.5"/></transform>
+        <emitter type="area"><rgb name="radiance" value="8"/></emitter></shape>
+    <shape type="cube"><transform name="to_world"><scale x="1.5" y="0.1" z="1.5"/><rotate z="1" angle="15"/><translate y="2.3" z="-0.5"/></transform>
+        <bsdf type="dielectric"/></shape>
+    <shape type="rectangle"><transform name="to_world"><scale value="0.7"/><rotate x="1" angle="-80"/><translate y="1.2" z="1"/></transform>
+        <bsdf type="mask"><texture type="checkerboard" name="opacity"><transform name="to_uv"><scale value="2"/></transform></texture>
+            <bsdf type="twosided"><bsdf type="diffuse"/></bsdf></bsdf></shape>
+    <shape type="cube"><transform name="to_world"><scale value="0.5"/><rotate y="1" angle="30"/><translate x="-1" y="0.6" z="1.5"/></transform>
+        <bsdf type="dielectric"><float name="int_ior" value="1.005"/></bsdf></shape>
+    </scene>"#;
+
 /// As in [`estimators_agree_with_path_on_every_scene`]: four comparisons more, two of them with shared paths.
 #[test]
 fn estimators_agree_where_the_sky_is_seen_in_mirrors() {
@@ -133,18 +165,30 @@ fn estimators_agree_where_the_sky_is_seen_in_mirrors() {
         (0..128).flat_map(|i| if matches!(i, 36..=38 | 52..=54) { [160, 160, 160, 133] } else { [205, 205, 205, 126] }),
     );
     std::fs::write(folder.path().join("sky.hdr"), map).unwrap();
-    let file = folder.path().join("scene.xml");
-    std::fs::write(&file, GLINTS).unwrap();
+    all_agree(&Row { name: "glints", samples: 64 }, GLINTS, folder.path());
+}
+
+/// The same where light is sought through glass, by `path` and `nee`, but not by `bsdf`.
+#[test]
+fn estimators_agree_where_light_comes_through_glass() {
+    let folder = tempfile::tempdir().unwrap();
+    all_agree(&Row { name: "windows", samples: 64 }, WINDOWS, folder.path());
+}
+
+/// `path`, alone, with several light samples and with shared paths, `nee` and `bsdf` on this scene, which is written into `folder`.
+fn all_agree(row: &Row, xml: &str, folder: &std::path::Path) {
+    let file = folder.join("scene.xml");
+    std::fs::write(&file, xml).unwrap();
     let description = snell::loader::load(&file, &snell::loader::LoadOptions::default()).unwrap();
-    let row = Row { name: "glints", samples: 64 };
-    agree(&row, &description, &[Estimator::Nee, Estimator::Bsdf]);
+    agree(row, &description, &[Estimator::Nee, Estimator::Bsdf]);
     let scene = compiled(&description, Accelerator::Auto);
     let alone = Estimate::of(&scene, &file_settings(&description, Estimator::Bsdf, 2 * row.samples), SEEDS);
-    for reuse in [PathReuse::Eights, PathReuse::Blocks] {
+    for (reuse, light_samples) in [(PathReuse::Eights, 1), (PathReuse::Blocks, 1), (PathReuse::Off, 4)] {
         let mut settings = file_settings(&description, Estimator::Path, row.samples);
         settings.integrator.reuse = reuse;
+        settings.integrator.light_samples = light_samples;
         let worst = Estimate::of(&scene, &settings, SEEDS).worst_z_against(&alone);
-        println!("{}, {reuse:?}: z {:.2}, worst tile {:.2}", row.name, worst.whole, worst.tile);
+        println!("{}, {reuse:?}, {light_samples}: z {:.2}, worst tile {:.2}", row.name, worst.whole, worst.tile);
         assert!(worst.whole < 5.5 && worst.tile < 6.5, "{reuse:?} is off by {} and {}", worst.whole, worst.tile);
     }
 }

@@ -48,22 +48,49 @@ impl Dielectric {
         (wo.z > 0.0).then(|| self.reflectance * fresnel::dielectric(wo.z, self.eta).reflectance)
     }
 
+    /// Whether the interface is there for form's sake, as that of air to vacuum is (1.000277).
+    pub(super) fn hardly_bends(&self) -> bool {
+        /// The index of what bends light by less than a degree, but where it grazes.
+        const LEAST: f32 = 1.01;
+        (1.0 / LEAST..LEAST).contains(&self.eta)
+    }
+
+    /// See [`super::Bsdf::through`].
+    pub(super) fn through(&self, wo: Vec3) -> Option<(Vec3, Rgb)> {
+        let (eta, interface) = self.interface(wo);
+        (interface.transmittance > 0.0).then(|| {
+            let (wi, weight) = self.refracted(wo, eta, interface.cos_t);
+            (wi, weight * interface.transmittance)
+        })
+    }
+
+    /// The index beyond the interface relative to that on the side of `wo`, and what the interface does.
+    #[inline]
+    fn interface(&self, wo: Vec3) -> (f32, fresnel::Interface) {
+        let eta = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
+        (eta, fresnel::dielectric(wo.z.abs(), eta))
+    }
+
+    /// Where refracted light comes from, and its weight where nothing is reflected.
+    #[inline]
+    fn refracted(&self, wo: Vec3, eta: f32, cos_t: f32) -> (Vec3, Rgb) {
+        let wi = Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z)).normalize();
+        // Radiance is compressed into a smaller solid angle on the denser side (Veach 1997, section 5.2).
+        (wi, self.transmittance * (1.0 / sqr(eta)))
+    }
+
     pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {
         NOTHING
     }
 
     #[inline]
     pub(super) fn sample(&self, wo: Vec3, u: BsdfUniforms) -> Option<BsdfSample> {
-        let entering = wo.z > 0.0;
-        let eta = if entering { self.eta } else { 1.0 / self.eta };
-        let interface = fresnel::dielectric(wo.z.abs(), eta);
+        let (eta, interface) = self.interface(wo);
         if u.lobe() < interface.reflectance {
             let wi = Vec3::new(-wo.x, -wo.y, wo.z);
             return Some(BsdfSample { wi, weight: self.reflectance, pdf: None, eta: 1.0 });
         }
-        let wi = Vec3::new(-wo.x / eta, -wo.y / eta, -interface.cos_t.copysign(wo.z)).normalize();
-        // Radiance is compressed into a smaller solid angle on the denser side (Veach 1997, section 5.2).
-        let weight = self.transmittance * (1.0 / sqr(eta));
+        let (wi, weight) = self.refracted(wo, eta, interface.cos_t);
         Some(BsdfSample { wi, weight, pdf: None, eta })
     }
 }

@@ -127,6 +127,17 @@ pub struct Gloss {
     pub share: f32,
 }
 
+/// How light passes what lets it through in one direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Clearness {
+    /// Not at all.
+    Opaque,
+    /// Straight on, or nearly so.
+    Straight,
+    /// By refraction.
+    Bent,
+}
+
 /// What a bsdf knows of one viewer.
 #[derive(Clone, Copy, Debug)]
 pub enum Seen {
@@ -376,6 +387,39 @@ impl Bsdf {
             | Self::OrenNayar(_)
             | Self::Gltf(_)
             | Self::Null(_) => None,
+        }
+    }
+
+    /// The direction on the other side that what is seen from `wo` comes from by a delta lobe, and f·|cos θi| over the probability of
+    /// choosing that lobe, times this: which part of the radiance passes. `None` where nothing passes so.
+    pub fn through(&self, wo: Vec3) -> Option<(Vec3, Rgb)> {
+        match self {
+            Self::Dielectric(b) => b.through(wo),
+            Self::ThinDielectric(b) => Some(b.through(wo)),
+            Self::Null(_) => Some((-wo, Rgb::WHITE)),
+            // What passes the windows of glTF is a matter of coats and sheens as well.
+            Self::Gltf(_)
+            | Self::Diffuse(_)
+            | Self::Conductor(_)
+            | Self::Plastic(_)
+            | Self::RoughConductor(_)
+            | Self::RoughDielectric(_)
+            | Self::RoughPane(_)
+            | Self::RoughPlastic(_)
+            | Self::Principled(_)
+            | Self::SeenPrincipled(_)
+            | Self::PrincipledThin(_)
+            | Self::OrenNayar(_) => None,
+        }
+    }
+
+    /// How what passes by a delta lobe does.
+    pub fn clearness(&self) -> Clearness {
+        match self {
+            Self::Null(_) | Self::ThinDielectric(_) => Clearness::Straight,
+            Self::Dielectric(b) if b.hardly_bends() => Clearness::Straight,
+            Self::Dielectric(_) => Clearness::Bent,
+            _ => Clearness::Opaque,
         }
     }
 

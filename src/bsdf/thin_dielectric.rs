@@ -56,6 +56,11 @@ impl ThinDielectric {
         (wo.z != 0.0).then(|| self.reflectance * self.reflected(wo))
     }
 
+    /// See [`super::Bsdf::through`].
+    pub(super) fn through(&self, wo: Vec3) -> (Vec3, Rgb) {
+        (-wo, self.transmittance * (1.0 - self.reflected(wo)))
+    }
+
     pub(super) fn eval_pdf(&self, _wo: Vec3, _wi: Vec3) -> (Rgb, SolidAnglePdf) {
         NOTHING
     }

@@ -77,23 +77,38 @@ pub(super) struct Candidate {
     pub(super) radiance: Rgb,
     /// Multiple-importance weight.
     pub(super) weight: f32,
+    /// What is sought if something hides it, if anything.
+    pub(super) scattered: Option<(u32, Rgb)>,
+}
+
+/// What is sought through glass where something hides a light sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sought {
+    /// Index of the light.
+    pub(super) light: u32,
+    /// What the sample adds for each unit of radiance that arrives.
+    pub(super) scattered: Rgb,
+    /// Number of the vertex.
+    pub(super) depth: u32,
 }
 
 /// Light samples of a wave that wait to know whether they are visible.
 #[derive(Default)]
 pub(super) struct Shadows {
-    rays: Vec<Ray>,
-    ends: Vec<[Hit; 2]>,
-    pending: Vec<Pending>,
-    occluded: Vec<bool>,
+    pub(super) rays: Vec<Ray>,
+    pub(super) ends: Vec<[Hit; 2]>,
+    pub(super) pending: Vec<Pending>,
+    pub(super) occluded: Vec<bool>,
+    /// As many as rays where some are sought; else none.
+    pub(super) sought: Vec<Option<Sought>>,
     /// Room for those of one vertex.
     candidates: Vec<Candidate>,
 }
 
-struct Pending {
+pub(super) struct Pending {
     /// Index of the path in its wave.
     path: u32,
-    radiance: Rgb,
+    pub(super) radiance: Rgb,
 }
 
 impl Shadows {
@@ -122,7 +137,7 @@ impl Walker<'_> {
     ) {
         if let Some(known) = known {
             if let Some(sample) = known
-                && let Some(candidate) = self.weigh::<T>(path, (surface, None), &sample, 1.0)
+                && let Some(candidate) = self.weigh::<T>(path, (surface, None), &sample, (0, 1.0))
             {
                 self.look_for::<T>((path, hit, id), surface, &candidate, shadows, record);
             }
@@ -171,7 +186,7 @@ impl Walker<'_> {
                     let mut found = FoundSky::<{ MOST_CANDIDATES as usize }>::NONE;
                     light.sample_all(count, receiver, T::COMBINES, &mut found);
                     for sample in (0..count).filter_map(|i| found.sample(i)) {
-                        candidates.extend(self.weigh::<T>(from.0, (surface, Some(&seen)), &sample, count as f32));
+                        candidates.extend(self.weigh::<T>(from.0, (surface, Some(&seen)), &sample, (0, count as f32)));
                     }
                     return;
                 }
@@ -198,8 +213,10 @@ impl Walker<'_> {
                     (next, times) = (next + step, times + 1.0);
                 }
                 if times > 0.0 {
-                    let radiance = candidate.radiance * (times * step / luminance);
-                    self.look_for::<T>(from, surface, &Candidate { radiance, ..*candidate }, shadows, record);
+                    let times = times * step / luminance;
+                    let scattered = candidate.scattered.map(|(light, scattered)| (light, scattered * times));
+                    let picked = Candidate { radiance: candidate.radiance * times, scattered, ..*candidate };
+                    self.look_for::<T>(from, surface, &picked, shadows, record);
                 }
             }
         }
@@ -218,18 +235,18 @@ impl Walker<'_> {
         u: LightUniforms,
     ) -> Option<Candidate> {
         let sample = self.scene.lights[index].sample(&self.scene.shapes, surface.p(), n, u.point(), T::COMBINES)?;
-        self.weigh::<T>(path, (surface, seen), &sample, pmf * samples)
+        self.weigh::<T>(path, (surface, seen), &sample, (index, pmf * samples))
     }
 
-    /// A light sample with what it adds if nothing hides it; `pmf` is the number of samples times the probability of choosing
-    /// the light.
+    /// A sample of the light of this index with what it adds if nothing hides it; `pmf` is the number of samples times the probability
+    /// of choosing the light.
     #[inline(always)]
     fn weigh<T: Technique>(
         &self,
         path: &PathState,
         (surface, seen): (&Surface<'_>, Option<&Seen>),
         sample: &LightSample,
-        pmf: f32,
+        (index, pmf): (usize, f32),
     ) -> Option<Candidate> {
         let (wo, wi) = (surface.frame.to_local(surface.wo), surface.frame.to_local(sample.wi));
         let (f, bsdf_pdf) = match seen {
@@ -246,7 +263,9 @@ impl Walker<'_> {
             None => (1.0, pmf),
         };
         let radiance = path.throughput * f * sample.radiance * (weight / pdf);
-        Some(Candidate { wi: sample.wi, end: sample.end, on: sample.on, radiance, weight })
+        let scattered = (self.seeks::<T>() && path.seeks && sample.pdf.is_some())
+            .then(|| (index as u32, path.throughput * f * (weight / pdf)));
+        Some(Candidate { wi: sample.wi, end: sample.end, on: sample.on, radiance, weight, scattered })
     }
 
     /// Has it looked whether a light sample is visible.
@@ -259,7 +278,7 @@ impl Walker<'_> {
         shadows: &mut Shadows,
         record: &mut impl Record,
     ) {
-        let Candidate { wi, end, on, radiance, weight } = sample;
+        let Candidate { wi, end, on, radiance, weight, scattered } = sample;
         let (on, radiance, weight) = (*on, *radiance, *weight);
         let ray = surface.shadow_ray(*wi, end.as_ref());
         record.event(Event::Sampled { radiance: path.carried * radiance, weight });
@@ -268,6 +287,10 @@ impl Walker<'_> {
         shadows.rays.push(ray);
         shadows.ends.push([hit, on]);
         shadows.pending.push(Pending { path: id, radiance });
+        if self.seeks::<T>() {
+            let sought = |(light, scattered)| Sought { light, scattered, depth: path.depth };
+            shadows.sought.push(scattered.map(sought));
+        }
     }
 
     /// Counts the light samples that nothing hides; `delta`: of delta lobes.
@@ -278,12 +301,16 @@ impl Walker<'_> {
         record: &mut impl Record,
         counts: &mut RayCounts,
     ) {
-        let Shadows { rays, ends, pending, occluded, .. } = shadows;
+        let Shadows { rays, ends, occluded, .. } = shadows;
         occluded.resize(rays.len(), false);
         counts.shadow += rays.len() as u64;
         let start = Instant::now();
         self.scene.accel.occluded_between(rays, ends, occluded);
         counts.time += start.elapsed();
+        if has(Feature::Transmission, !shadows.sought.is_empty()) {
+            self.seek(shadows, counts);
+        }
+        let Shadows { rays, ends, pending, occluded, sought, .. } = shadows;
         for ((pending, &occluded), &ray) in pending.iter().zip(&*occluded).zip(&*rays) {
             let path = &mut paths[pending.path as usize];
             record.at(|| path.id);
@@ -295,6 +322,7 @@ impl Walker<'_> {
         rays.clear();
         ends.clear();
         pending.clear();
+        sought.clear();
     }
 }
 

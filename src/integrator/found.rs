@@ -23,6 +23,7 @@ impl Walker<'_> {
         }
         // What no light could have been sampled for is not weighed against it.
         let n = if let Segment::Smooth { n, .. } = path.segment { n } else { Vec3::ZERO };
+        // Of what came through glass the direction is another one: [`Self::weight_through`] asks for that.
         if !(T::Variant::ANY_LIGHTS && Feature::Environment.is_built()) {
             return;
         }
@@ -96,7 +97,8 @@ impl Walker<'_> {
     ) {
         let weight = match path.segment {
             Segment::Delta | Segment::Mirror => 1.0,
-            Segment::Smooth { pdf: bsdf, from, n, lobe } => {
+            Segment::Through { .. } => self.weight_through::<T>(&path.segment, index),
+            Segment::Smooth { pdf: bsdf, from, n, lobe, .. } => {
                 let receiver = || Receiver { p: from.as_vec3(), n, lobe };
                 let light = match T::SAMPLES_LIGHTS {
                     true => {

@@ -64,7 +64,7 @@ impl Walker<'_> {
         if !((path.carried * radiance).luminance() > FAINTEST * mean) {
             return false;
         }
-        let glint = Candidate { wi, end: None, on: Hit::NONE, radiance, weight: 1.0 };
+        let glint = Candidate { wi, end: None, on: Hit::NONE, radiance, weight: 1.0, scattered: None };
         self.look_for::<T>(from, surface, &glint, glints, record);
         true
     }

@@ -26,6 +26,7 @@ mod path_state;
 pub mod record;
 mod reuse;
 mod technique;
+mod through;
 mod together;
 mod trial;
 pub mod variant;

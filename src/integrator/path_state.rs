@@ -26,6 +26,23 @@ pub(super) enum Segment {
         n: Vec3,
         /// See [`Self::Smooth::n`].
         lobe: Lobe,
+        /// Whether lights were sought through glass there ([`super::through`]).
+        seeks: bool,
+    },
+    /// The same where glass was passed since.
+    Through {
+        /// See [`Self::Smooth`].
+        pdf: SolidAnglePdf,
+        /// See [`Self::Smooth`].
+        from: DVec3,
+        /// See [`Self::Smooth`].
+        n: Vec3,
+        /// See [`Self::Smooth`].
+        lobe: Lobe,
+        /// The direction at that vertex.
+        d: Vec3,
+        /// Whether that was the first.
+        first: bool,
     },
 }
 
@@ -61,6 +78,8 @@ pub(super) struct PathState {
     pub(super) met: bool,
     /// Whether it was scattered by something that is no mirror. Kept only where paths are regularized.
     pub(super) scattered: bool,
+    /// Whether lights are sought through glass at the current vertex ([`super::through`]).
+    pub(super) seeks: bool,
     /// Whether it goes on.
     pub(super) alive: bool,
 }

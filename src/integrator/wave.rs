@@ -204,6 +204,7 @@ impl Walker<'_> {
             stream: self.sampler.stream(id.x.cast_unsigned(), id.y.cast_unsigned(), id.index),
             met: false,
             scattered: false,
+            seeks: false,
             alive: true,
         }
     }
@@ -356,6 +357,8 @@ impl Walker<'_> {
         let bsdf_numbers = wave.bsdf_numbers.bsdf(index);
         // What others use as well sees each of them from another side.
         let has_joined = path.depth == 2 && wave.reuse.as_ref().is_some_and(|reuse| reuse.has_joined(id as usize));
+        path.seeks =
+            self.seeks::<T>() && !(has_joined && wave.reuse.as_ref().is_some_and(|reuse| reuse.is_apart(id as usize)));
         let lobe = if has_joined { Lobe::NONE } else { self.lobe::<T>(&surface) };
         // Light sampled on purpose.
         if T::SAMPLES_LIGHTS && surface.bsdf.lobes().smooth && !self.scene.lights.is_empty() {
@@ -422,14 +425,18 @@ impl Walker<'_> {
         }
         path.segment = match sample.pdf {
             Some(pdf) if Feature::Mis.is_built() => {
-                Segment::Smooth { pdf, from: surface.p(), n: receiving_normal::<T>(surface), lobe }
+                Segment::Smooth { pdf, from: surface.p(), n: receiving_normal::<T>(surface), lobe, seeks: path.seeks }
             }
             pdf => {
                 if Feature::Aovs.is_built() && pdf.is_none() && sample.wi == -wo {
                     // Straight through: as if there were nothing, as far as alpha goes.
                     path.met = met;
                 }
-                if mirrored && wo.z * sample.wi.z > 0.0 { Segment::Mirror } else { Segment::Delta }
+                match wo.z * sample.wi.z > 0.0 {
+                    true if mirrored => Segment::Mirror,
+                    false if self.seeks::<T>() && self.through(surface, hit).is_some() => self.passed(path),
+                    _ => Segment::Delta,
+                }
             }
         };
         path.ray = surface.spawn(surface.frame.to_world(sample.wi));

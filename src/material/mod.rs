@@ -10,7 +10,7 @@ mod layer;
 pub use graph::{Graph, Node, NormalSource, Number, Place, Terminator};
 pub use layer::{Layer, Perturbation};
 
-use crate::bsdf::{Bsdf, BsdfSample, Gloss, Lobes, Seen};
+use crate::bsdf::{Bsdf, BsdfSample, Clearness, Gloss, Lobes, Seen};
 use crate::facts::{Feature, has};
 use crate::sampler::BsdfUniforms;
 use crate::sampling::pdf::SolidAnglePdf;
@@ -57,6 +57,16 @@ impl Material {
                 Self::Plain(Sides { front: front.clone().regularized(), back: back.clone().map(Bsdf::regularized) })
             }
             Self::Varying(graph) => Self::Varying(graph.regularized()),
+        }
+    }
+
+    /// What of all bsdfs in it lets light through by a delta lobe: in no direction, straight on or nearly so, or by refraction, too.
+    pub fn clearness(&self) -> Clearness {
+        match self {
+            Self::Plain(Sides { front, back }) => {
+                back.iter().fold(front.clearness(), |all, back| all.max(back.clearness()))
+            }
+            Self::Varying(graph) => graph.bsdfs().map(Bsdf::clearness).max().unwrap_or(Clearness::Opaque),
         }
     }
 
@@ -124,6 +134,24 @@ impl Scatter<'_> {
             Self::One(bsdf) if !matches!(bsdf, Bsdf::Diffuse(_)) => bsdf.gloss(&wo),
             Self::Layers([layer]) if layer.perturbation.is_none() => layer.bsdf.gloss(&wo),
             _ => None,
+        }
+    }
+
+    /// Where what is seen from `wo` comes from through the surface, and which part of it, if there is one such direction and nothing else
+    /// passes without a density: what [`Self::sample`] makes of it on average. Through what has a normal of its own nothing is told to.
+    #[inline(never)]
+    pub fn through(&self, wo: Vec3) -> Option<(Vec3, Rgb)> {
+        match self {
+            Self::One(bsdf) => bsdf.through(wo),
+            Self::Layers(layers) => {
+                let mut clear = layers.iter().filter(|layer| {
+                    let lobes = layer.bsdf.lobes();
+                    lobes.delta && lobes.transmits
+                });
+                let layer = clear.next().filter(|layer| layer.perturbation.is_none())?;
+                let (wi, part) = layer.bsdf.through(wo)?;
+                clear.next().is_none().then(|| (wi, part * layer.weight))
+            }
         }
     }
 

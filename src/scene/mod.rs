@@ -24,6 +24,7 @@ use crate::facts::{Feature, has};
 use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::light::{Light, LightSampler};
 use crate::material::{Graph, Layer, Material, Place, Scatter, Sides};
+use crate::math::bounds::Bounds;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -71,6 +72,8 @@ pub struct Appearance {
     /// Whether its material depends on tangents and takes them from texture coordinates, with their sign, which matters to a
     /// normal map.
     pub along_uvs: bool,
+    /// Whether light is sought through it: whether it lets light through in one direction that is not far from straight on.
+    pub is_pane: bool,
     /// Index into [`Scene::mesh_values`], if its textures ask for more than its first set of texture coordinates.
     pub values: Option<u32>,
 }
@@ -104,6 +107,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Which of them are at infinity and met by rays that meet nothing else.
     pub infinite_lights: Vec<u32>,
+    /// Boxes around all panes ([`Appearance::is_pane`]), if there is a light with size that may be sought behind them.
+    pub panes: Vec<Bounds>,
     /// Chooses among the lights.
     pub light_sampler: LightSampler,
     /// Answers ray queries.

@@ -149,6 +149,11 @@ impl Reuse {
         self.joints[index].is_some()
     }
 
+    /// Whether what path `index` finds for others is kept apart by direction.
+    pub(super) fn is_apart(&self, index: usize) -> bool {
+        self.joints[index].as_ref().is_some_and(|joint| joint.apart.is_some())
+    }
+
     /// Before it is known which light samples of vertex `vertex` (counted from 0) are visible: `samples` are their paths and
     /// directions.
     pub(super) fn sampled(&mut self, vertex: u32, paths: &mut [PathState], samples: impl Iterator<Item = (u32, Vec3)>) {

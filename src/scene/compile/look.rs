@@ -4,15 +4,18 @@ use super::geometry::Compiled;
 use super::lights::{self, Place};
 use super::material::Materials;
 use super::{mesh_values, tangents, uvs};
+use crate::bsdf::Clearness;
 use crate::description::SceneDescription;
 use crate::error::Result;
 use crate::light::{Light, PointLight};
+use crate::material::Material;
 use crate::scene::Appearance;
-use crate::shape::Shape;
 use crate::shape::tangent::TangentField;
 use crate::shape::touch::touching;
 use crate::shape::uv::UvField;
+use crate::shape::{Shape, TriangleMesh};
 use crate::texture::MeshValues;
+use glam::Vec3;
 use std::sync::Arc;
 
 /// What shapes look like, and every light.
@@ -56,7 +59,8 @@ pub(super) fn compile(
             (needs.uvs || description.wants_uvs).then(|| add(&mut look.uvs, uv_fields.of(described, shape, space)));
         let values = values.map(|values| add(&mut look.mesh_values, values));
         let is_emitter = described.emission.is_some();
-        look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs, along_uvs, values });
+        let is_pane = is_pane(&look.materials.all[material as usize], shape);
+        look.appearances.push(Appearance { material, light, is_emitter, tangents, uvs, along_uvs, is_pane, values });
     }
     for light in &description.lights {
         if let Some((compiled, name)) = lights::compile(light, place, warnings)? {
@@ -65,6 +69,32 @@ pub(super) fn compile(
     }
     look.hang_up(shapes);
     Ok(look)
+}
+
+/// See [`Appearance::is_pane`].
+fn is_pane(material: &Material, shape: &Shape) -> bool {
+    match (material.clearness(), shape) {
+        (Clearness::Opaque, _) => false,
+        (Clearness::Straight, _) => true,
+        (Clearness::Bent, Shape::Mesh(mesh)) => (mesh.normals.is_empty() || mesh.is_flat()) && has_few_sides(mesh),
+        (Clearness::Bent, _) => false,
+    }
+}
+
+/// Whether the triangles of a mesh face so few sides that it is made of slabs: a ball, be it ever so coarse, has more.
+fn has_few_sides(mesh: &TriangleMesh) -> bool {
+    /// Four boxes in any directions.
+    const MOST: usize = 24;
+    /// Cosine of the angle between normals that are one side: a quarter of a degree.
+    const SAME: f32 = 0.99999;
+    let mut sides: Vec<Vec3> = Vec::new();
+    (0..mesh.faces.len() as u32).all(|face| {
+        let n = mesh.plane(face).n;
+        if !sides.iter().any(|side| side.dot(n) > SAME) {
+            sides.push(n);
+        }
+        sides.len() <= MOST
+    })
 }
 
 /// Adds an element to a table; returns its index.
