@@ -67,24 +67,19 @@ impl Accel {
     /// Most primitives, over all shapes: their numbers take 31 bits.
     pub const MAX_PRIMITIVES: usize = i32::MAX as usize;
 
-    /// Up to so many triangles our own accelerator is taken if the user does not say which, however few the rays: it is built
-    /// in some milliseconds.
+    /// Up to so many triangles our own tree is built with [`Quality::High`], however few the rays: in some milliseconds.
     pub const FEW_TRIANGLES: usize = 8192;
-
-    /// From so many rays a triangle on, our own accelerator is taken on processors without AVX2 if the user does not say which. There, rays
-    /// take nearly as long in either.
-    pub const MANY_RAYS: f64 = 2.0;
 
     /// From so many rays a triangle on, our own tree is built with [`Quality::High`] if the user does not say how: over
     /// [`Quality::Medium`] that takes up to 0.3 µs more for each triangle, and a ray up to 0.03 µs less.
     pub const RAYS_FOR_HIGH: f64 = 24.0;
 
-    /// The same for [`Quality::Medium`] over [`Quality::Low`]: 0.04 µs, and up to 0.07 µs. Whole renders of four samples, of two to six rays
+    /// The same for [`Quality::Medium`] over [`Quality::Low`]: 0.02 to 0.11 µs, and up to 0.07 µs. Whole renders of four samples, of two to six rays
     /// a triangle, take 0.97 to 1.02 of their time with it.
     pub const RAYS_FOR_MEDIUM: f64 = 8.0;
 
     /// About so many bytes are in use for each triangle while an accelerator is built, at most: measured as peaks with a million
-    /// triangles of a relief (220 and 235) or each for itself (200 and 215) and 300,000 long thin ones (210 and 240), and rounded up.
+    /// triangles of a relief (220 with [`Quality::Low`], else 235) or each for itself (200, 215) and 300,000 long thin ones (210, 240), and rounded up.
     #[must_use]
     pub fn bytes_per_triangle(accelerator: Accelerator, quality: Quality) -> u64 {
         const EMBREE: u64 = 160;

@@ -379,10 +379,10 @@ impl Gltf {
         self.is.base_color * self.glass()
     }
 
-    /// See [`super::Bsdf::gloss`].
+    /// See [`super::Bsdf::gloss`]; as if the coat were as rough as what is below.
     pub(super) fn gloss(&self, wo: Vec3) -> Option<Gloss> {
-        let shares = self.view(wo)?.shares;
-        Some(Gloss { alpha_squared: sqr(self.layers.alpha), share: shares.facets + shares.coat })
+        let Shares { facets, coat, .. } = self.view(wo)?.shares;
+        Some(Gloss { alpha_squared: sqr(self.layers.alpha), share: facets + coat })
     }
 
     #[inline(never)]

@@ -372,7 +372,7 @@ pub(super) enum AovName {
 /// Names of [`Accelerator`]s.
 #[derive(Clone, Copy, Debug, ValueEnum, PartialEq, Eq)]
 pub(super) enum AcceleratorName {
-    /// Native for few triangles or many rays; else Embree where it is compiled in.
+    /// The faster one, which is native.
     Auto,
     /// Intel Embree, robust.
     Embree,

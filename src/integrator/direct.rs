@@ -19,8 +19,7 @@ use super::technique::Technique;
 use super::variant::Variant;
 use super::wave::{RayCounts, Walker, with_avx2};
 use crate::accel::Hit;
-use crate::bsdf::Gloss;
-use crate::bsdf::Seen;
+use crate::bsdf::{Gloss, Seen};
 use crate::facts::{Feature, has};
 use crate::light::{End, FoundSky, Light, LightSample, Lobe, Receiver};
 use crate::material::{Layer, Scatter};
@@ -326,10 +325,12 @@ impl Walker<'_> {
     }
 }
 
-/// Greatest part of what is scattered that the choice of a light takes to be in a lobe. Reason: the lobe is rough guesswork.
+/// Greatest part of what is scattered that the choice of a light takes to be in a lobe. Reason: what is beside the lobe is only guessed
+/// to be so little.
 const MOST_IN_LOBE: f32 = 0.9;
 
-/// Least square of a lobe's angle for the choice of a light. Reason: what is narrower finds lights by itself.
+/// Least square of a lobe's angle for the choice of a light. Reason: what is narrower is a mirror, in which paths find lights with size by
+/// themselves, and those without are next to never.
 const LEAST_SPREAD: f32 = 1e-6;
 
 impl Walker<'_> {
@@ -337,6 +338,9 @@ impl Walker<'_> {
     #[inline(always)]
     pub(super) fn lobe<T: Technique>(&self, surface: &Surface<'_>) -> Lobe {
         if !(T::Variant::ANY_LIGHTS && T::SAMPLES_LIGHTS && self.scene.light_sampler.has_choice()) {
+            return Lobe::NONE;
+        }
+        if receiving_normal::<T>(surface) == Vec3::ZERO {
             return Lobe::NONE;
         }
         let wo = surface.frame.to_local(surface.wo);

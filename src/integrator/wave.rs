@@ -33,7 +33,7 @@ use fearless_simd::{Level, Simd};
 use glam::{Vec2, Vec3};
 use std::time::{Duration, Instant};
 
-/// Paths of a wave: enough for whole batches of rays, few enough that their states (some 80 KiB) stay in a core's second
+/// Paths of a wave: enough for whole batches of rays, few enough that their states (some 105 KiB) stay in a core's second
 /// cache. Between 128 and 2048 the Cornell box takes the same time within 3 %.
 const WAVE_SIZE: usize = 512;
 
@@ -356,7 +356,9 @@ impl Walker<'_> {
         }
         let bsdf_numbers = wave.bsdf_numbers.bsdf(index);
         // What others use as well sees each of them from another side.
-        let has_joined = path.depth == 2 && wave.reuse.as_ref().is_some_and(|reuse| reuse.has_joined(id as usize));
+        let has_joined = has(Feature::Sharing, wave.reuse.is_some())
+            && path.depth == 2
+            && wave.reuse.as_ref().is_some_and(|reuse| reuse.has_joined(id as usize));
         path.seeks =
             self.seeks::<T>() && !(has_joined && wave.reuse.as_ref().is_some_and(|reuse| reuse.is_apart(id as usize)));
         let lobe = if has_joined { Lobe::NONE } else { self.lobe::<T>(&surface) };

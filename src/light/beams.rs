@@ -1,6 +1,7 @@
 //! What eight lights can send to a point, at once: [`Beam::importance`] on vectors, the same bits.
 
 use super::reach::{Beam, Lobe, Reach, Receiver, SLACK};
+use super::weights::mixed;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 use glam::Vec3;
@@ -50,15 +51,15 @@ impl Beams {
         all
     }
 
-    /// What each can send to a receiver.
+    /// What each can send to a receiver, and what of it is seen by the viewer.
     #[inline]
-    pub(super) fn importances(&self, level: Level, at: &Receiver) -> [f32; LANES] {
+    pub(super) fn importances(&self, level: Level, at: &Receiver) -> [[f32; LANES]; 2] {
         dispatch!(level, simd => self.compute(simd, at))
     }
 
     /// The same, where it is known what the processor can do.
     #[inline(always)]
-    pub(super) fn compute<S: Simd>(&self, simd: S, at: &Receiver) -> [f32; LANES] {
+    pub(super) fn compute<S: Simd>(&self, simd: S, at: &Receiver) -> [[f32; LANES]; 2] {
         let load = |numbers: &[f32; LANES]| f32x8::from_slice(simd, numbers);
         let splat = |x: f32| f32x8::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
@@ -89,23 +90,39 @@ impl Beams {
         let slack = splat(SLACK);
         let at_least_slack = |cos: f32x8<S>| cos.simd_gt(slack).select(cos, slack);
         let mut importance = load(&self.power) * at_least_slack(cos_light) / near;
+        let mut seen = zero;
         if at.n != Vec3::ZERO {
             let cos = wi.x * at.n.x + wi.y * at.n.y + wi.z * at.n.z;
             let cos_receiver = Angles { cos, sin: sine(cos, zero, one) }.less(around, zero, one).cos;
-            importance *= match at.lobe.share > 0.0 {
-                true => scattered(&at.lobe, wi, at_least_slack(cos_receiver), filled),
-                false => at_least_slack(cos_receiver),
-            };
-            importance = cos_receiver.simd_lt(zero - slack).select(zero, importance);
+            let cos = at_least_slack(cos_receiver);
+            if at.lobe.share > 0.0 {
+                seen = importance * scattered(&at.lobe, wi, cos, filled);
+            }
+            importance *= cos;
+            let reaches_nothing = cos_receiver.simd_lt(zero - slack);
+            importance = reaches_nothing.select(zero, importance);
+            seen = reaches_nothing.select(zero, seen);
         }
         let most = splat(Reach::MOST);
-        let importance = importance.simd_lt(most).select(importance, most);
-        let importance = cos_light.simd_lt(load(&self.cos_emission) - slack).select(zero, importance);
+        let leaves_nothing = cos_light.simd_lt(load(&self.cos_emission) - slack);
         // A light without size shines on everything but itself; and lanes of no light on nothing.
         let sends = near.simd_gt(zero) & load(&self.power).simd_gt(zero);
-        let mut out = [0.0; LANES];
-        sends.select(importance, zero).store_slice(&mut out);
-        out
+        let stored = |importance: f32x8<S>| {
+            let importance = importance.simd_lt(most).select(importance, most);
+            let importance = leaves_nothing.select(zero, importance);
+            let mut out = [0.0; LANES];
+            sends.select(importance, zero).store_slice(&mut out);
+            out
+        };
+        let sent = stored(importance);
+        [sent, if at.has_lobe() { stored(seen) } else { sent }]
+    }
+
+    /// The weights of a choice among them.
+    #[inline(always)]
+    pub(super) fn weights<S: Simd>(&self, simd: S, at: &Receiver) -> [f32; LANES] {
+        let importances = self.compute(simd, at);
+        if at.has_lobe() { mixed(importances) } else { importances[0] }
     }
 }
 
@@ -193,13 +210,14 @@ mod tests {
                 let n = Vec3::from(n).normalize_or_zero();
                 let lobe = Lobe { axis: Vec3::from(axes[at]).normalize_or(Vec3::Z), spread, share: 0.75 };
                 for at in [Receiver::new(p, Vec3::ZERO), Receiver::new(p, n), Receiver { p, n, lobe }] {
-                    let mut expected = [0.0; LANES];
-                    for (expected, beam) in expected.iter_mut().zip(&beams) {
-                        *expected = beam.importance(&at);
+                    let mut expected = [[0.0; LANES]; 2];
+                    for (lane, beam) in beams.iter().enumerate() {
+                        expected[0][lane] = beam.importance(&Receiver::new(at.p, at.n));
+                        expected[1][lane] = beam.importance(&at);
                     }
                     for level in [Level::new(), Level::baseline()] {
                         let found = Beams::new(&beams).importances(level, &at);
-                        prop_assert_eq!(found.map(f32::to_bits), expected.map(f32::to_bits));
+                        prop_assert_eq!(found.map(|all| all.map(f32::to_bits)), expected.map(|all| all.map(f32::to_bits)));
                     }
                 }
             }

@@ -1,4 +1,5 @@
-//! Where a light is and where it shines, and how much of it can arrive at a point: an upper bound, but for visibility.
+//! Where a light is and where it shines, and how much of it can arrive at a point: an upper bound, but for visibility and what a
+//! viewer sees of it.
 //!
 //! Conty Estevez and Kulla 2018, *Importance Sampling of Many Lights with Adaptive Tree Splitting*, sections 4.1 and 4.4; the
 //! angles by cosines and sines as in pbrt-v4, section 12.6.3.
@@ -37,7 +38,7 @@ pub struct Receiver {
     pub p: Vec3,
     /// The normal on the side from which light is scattered; zero where it is from both sides.
     pub n: Vec3,
-    /// Where to most of it goes that the viewer sees.
+    /// Where most of what the viewer sees comes from.
     pub lobe: Lobe,
 }
 
@@ -75,6 +76,12 @@ impl Receiver {
     /// One that scatters in proportion to the cosine, as far as is known.
     pub fn new(p: Vec3, n: Vec3) -> Self {
         Self { p, n, lobe: Lobe::NONE }
+    }
+
+    /// Whether a lobe matters: not where light is scattered from both sides.
+    #[inline(always)]
+    pub(super) fn has_lobe(&self) -> bool {
+        self.lobe.share > 0.0 && self.n != Vec3::ZERO
     }
 }
 
@@ -139,7 +146,7 @@ impl Beam {
         }
     }
 
-    /// A bound on what arrives at a receiver: [`Reach::power`], lessened by the square of the distance and by the cosines of
+    /// A bound on what arrives at a receiver, or, where that has a lobe, a guess of what its viewer sees: [`Reach::power`], lessened by the square of the distance and by the cosines of
     /// the smallest angles at either end.
     #[inline]
     pub fn importance(&self, at: &Receiver) -> f32 {

@@ -1,17 +1,17 @@
 //! Chooses one of the lights for a point, by what each can send there.
 //!
-//! A single light is no choice. Of a few lights the bound on what each sends ([`Beam::importance`]) is computed, which knows
+//! A single light is no choice. Of a few lights it is computed what each can send ([`Beam::importance`]), which knows
 //! more than any summary of them; many are in a [`LightTree`]. Skies and parallel light, which are equally far from
 //! everything, are chosen against all that is at some distance by the irradiance that they make on average. What hides a
 //! light nobody knows here, and rooms hide more of a sky than of their own lamps; so the share of either is bounded.
 //!
-//! The same point and normal give the same probabilities, whether a light is chosen or was found.
+//! The same point, normal and lobe give the same probabilities, whether a light is chosen or was found.
 
 use super::Light;
 use super::beams::{Beams, LANES};
 use super::reach::{Beam, Reach, Receiver, SLACK};
 use super::tree::LightTree;
-use super::weights::Weights;
+use super::weights::{Weights, mixed};
 use crate::facts::{Feature, has};
 use crate::math::float::{max, min};
 use crate::shape::Shape;
@@ -226,16 +226,18 @@ impl<'a> Importances<'a> {
         let (finite, sum) = match &choice.finite {
             Finite::List(list, _) if list.is_empty() => (Sent::Nothing, 0.0),
             Finite::List(list, beams) if beams.len() <= 1 => {
-                let weights =
-                    Weights::new(beams.first().map_or([0.0; LANES], |beams| beams.importances(choice.level, at)));
+                let all = beams.first().map_or([[0.0; LANES]; 2], |beams| beams.importances(choice.level, at));
+                let weights = Weights::new(if at.has_lobe() { mixed(all) } else { all[0] });
                 (Sent::Few(list, weights), weights.sum())
             }
             Finite::List(list, beams) => {
-                let mut weights = [0.0; MOST_IN_LIST];
-                for (beams, weights) in beams.iter().zip(weights.chunks_exact_mut(LANES)) {
-                    weights.copy_from_slice(&beams.importances(choice.level, at));
+                let mut all = [[0.0; MOST_IN_LIST]; 2];
+                for (i, beams) in beams.iter().enumerate() {
+                    let some = beams.importances(choice.level, at);
+                    all[0][i * LANES..(i + 1) * LANES].copy_from_slice(&some[0]);
+                    all[1][i * LANES..(i + 1) * LANES].copy_from_slice(&some[1]);
                 }
-                let weights = Weights::new(weights);
+                let weights = Weights::new(if at.has_lobe() { mixed(all) } else { all[0] });
                 (Sent::List(list, weights), weights.sum())
             }
             Finite::Tree(tree) => {
@@ -329,6 +331,7 @@ impl Infinite {
             return 0.0;
         }
         let cos = max(cos, SLACK);
+        // Not mixed with what is sent, as the others are: there are few of these.
         let scattered = if at.lobe.share > 0.0 { at.lobe.scattered(self.wi, cos, 0.0) } else { cos };
         f64::from(min(self.power * scattered, Reach::MOST))
     }

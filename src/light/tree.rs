@@ -2,7 +2,7 @@
 //!
 //! Conty Estevez and Kulla 2018, *Importance Sampling of Many Lights with Adaptive Tree Splitting*: lights are split where the
 //! surface area orientation heuristic (their section 4.4) finds the least cost; on the way down each branch is taken in
-//! proportion to the bound on what its lights send to the point ([`Beam::importance`]). Splits are in two, branches in up to
+//! proportion to what its lights can send to the point ([`Beam::importance`]). Splits are in two, branches in up to
 //! eight: looking at eight takes as long as at one ([`Beams`]), and knows more.
 
 use super::beams::{Beams, LANES};
@@ -127,7 +127,7 @@ impl LightTree {
         node
     }
 
-    /// A bound on what all lights together send to a receiver.
+    /// [`Beam::importance`] of all lights together.
     pub fn importance(&self, at: &Receiver) -> f32 {
         self.whole.importance(at)
     }
@@ -135,7 +135,7 @@ impl LightTree {
     /// What the first branches send to a receiver: [`Self::sample`] and [`Self::pmf`] ask for it.
     #[inline(always)]
     pub(super) fn first(&self, at: &Receiver) -> Weights<LANES> {
-        Weights::new(self.nodes[0].beams.importances(self.level, at))
+        dispatch!(self.level, simd => Weights::new(self.nodes[0].beams.weights(simd, at)))
     }
 
     /// A light and the probability of choosing it, for a uniform number in [0, 1); `None` where no light of the branch that it
@@ -155,7 +155,7 @@ impl LightTree {
                 Child::Node(index) => {
                     node = &self.nodes[index as usize];
                     let p;
-                    (lane, p, rest) = Weights::new(node.beams.compute(simd, at)).choose(rest)?;
+                    (lane, p, rest) = Weights::new(node.beams.weights(simd, at)).choose(rest)?;
                     probability *= p;
                 }
             }
@@ -175,7 +175,7 @@ impl LightTree {
         loop {
             let node = &self.nodes[place.node as usize];
             let Some(parent) = node.parent else { return probability * first.pmf(place.lane.into()) };
-            probability *= Weights::new(node.beams.compute(simd, at)).pmf(place.lane.into());
+            probability *= Weights::new(node.beams.weights(simd, at)).pmf(place.lane.into());
             if !(probability > 0.0) {
                 return 0.0;
             }

@@ -127,12 +127,11 @@ impl Scatter<'_> {
         }
     }
 
-    /// See [`Bsdf::gloss`]; of what is worked out at each point nobody asks.
+    /// See [`Bsdf::gloss`]; blends, masks and what has a normal of its own are not asked.
     #[inline(always)]
     pub fn gloss(&self, wo: Vec3) -> Option<Gloss> {
         match self {
             Self::One(bsdf) if !matches!(bsdf, Bsdf::Diffuse(_)) => bsdf.gloss(&wo),
-            Self::Layers([layer]) if layer.perturbation.is_none() => layer.bsdf.gloss(&wo),
             _ => None,
         }
     }

@@ -17,14 +17,6 @@ pub fn level() -> Level {
     *CHOSEN.get_or_init(|| asked_for().unwrap_or_else(|_| Level::new()))
 }
 
-/// Whether [`level`] is AVX2 or more.
-pub fn has_avx2() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return level().as_avx2().is_some();
-    #[cfg(not(target_arch = "x86_64"))]
-    false
-}
-
 /// Fails, with a message, where the environment asks for instructions that the processor lacks, or that nobody knows.
 pub fn check() -> Result<(), String> {
     asked_for().map(|_| ())

@@ -148,7 +148,10 @@ impl Nodes {
         self.count += other.count;
     }
 
-    fn joined(self) -> Vec<BinaryNode> {
+    fn joined(mut self) -> Vec<BinaryNode> {
+        if self.pieces.len() == 1 {
+            return self.pieces.swap_remove(0);
+        }
         let mut all = Vec::with_capacity(self.count);
         self.pieces.into_iter().for_each(|piece| all.extend(piece));
         all
@@ -522,7 +525,7 @@ mod tests {
                 (0..).zip(bounds).map(|(i, b)| Item::new(b, Hit { shape: 0, primitive: i })).collect();
             let nodes = build(&mut items, 4, None, Quality::Low);
             let counts = nodes.iter().filter_map(|node| match node.kind {
-                Kind::Leaf { count, .. } => Some(count).filter(|&count| count > 0),
+                Kind::Leaf { count, .. } => Some(count),
                 Kind::Inner { .. } => None,
             });
             let counts: Vec<u32> = counts.collect();

@@ -65,7 +65,7 @@ impl<T: Send> Array<T> for Vec<T> {
 impl<T: Pod + Send> Array<T> for Pages<T> {
     fn made(count: usize, make: impl Fn(usize) -> T + Sync) -> Self {
         if cfg!(target_os = "linux")
-            && count * size_of::<T>() >= HUGE_PAGE
+            && count.saturating_mul(size_of::<T>()) >= HUGE_PAGE
             && let Some(mapped) = Self::mapped(count, &make)
         {
             return mapped;

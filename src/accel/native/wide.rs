@@ -295,6 +295,7 @@ impl<B: Block> Tree<B> {
         let binary = build::build(&mut items, B::SIZE, corners.as_deref(), quality);
         let mut layout = Layout { binary: &binary, plans: Plans::new(&binary), nodes: Vec::new(), leaves: Vec::new() };
         let (root, depth) = layout.add(0);
+        // What the plans take is given back before there are blocks.
         let Layout { nodes, leaves, .. } = layout;
         let blocks = B::Blocks::made(leaves.len(), |i| B::new(&items[leaves[i].clone()], source));
         let Bounds { min, max } = binary[0].bounds;
