@@ -4,7 +4,8 @@ use super::guarded::guarded;
 use super::raster::{Raster, Samples};
 use crate::error::{Error, Result};
 use crate::files::{Files, Memory};
-use exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers};
+use exr::meta::BlockDescription;
+use exr::prelude::{AnyChannels, FlatSamples, Layer, ReadChannels, ReadLayers, Vec2};
 use half::f16;
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
@@ -128,6 +129,10 @@ fn decode_with(decoder: impl ImageDecoder, raw: bool, memory: &Memory) -> std::r
     Ok(Decoded { raster: Raster::new(size, channels, samples, raw), offset: (0, 0) })
 }
 
+/// Bytes of a block that may be larger than the picture. Reason: tiles have a size of their own, of usually 64 to 256 pixels along each side, and
+/// lines are packed by up to 256; but as many bytes as a block may have are made ready for what is read of it.
+const MOST_BLOCK_BYTES: u64 = 1 << 26;
+
 /// The first layer that has known channels, at full resolution.
 fn decode_exr(bytes: &[u8], memory: &Memory) -> std::result::Result<Decoded, String> {
     let pedantic = false;
@@ -141,6 +146,16 @@ fn decode_exr(bytes: &[u8], memory: &Memory) -> std::result::Result<Decoded, Str
             return Err(format!("its layers have more than {MAX_PICTURE_BYTES} bytes of pixels"));
         }
         check_memory(memory, (width, height), total)?;
+        let block = match header.blocks {
+            BlockDescription::Tiles(tiles) => {
+                let Vec2(tile_width, tile_height) = tiles.tile_size;
+                (tile_width as u64).saturating_mul(tile_height as u64).saturating_mul(pixel)
+            }
+            BlockDescription::ScanLines => header.max_block_byte_size() as u64,
+        };
+        if block > total.max(MOST_BLOCK_BYTES) {
+            return Err(format!("its blocks of {block} bytes are far larger than the picture"));
+        }
     }
     let image = exr::prelude::read()
         .no_deep_data()
@@ -206,5 +221,14 @@ mod tests {
         // A header without the rest.
         assert!(!error(b"\x89PNG\r\n\x1a\n").is_empty());
         assert!(!error(b"\x76\x2f\x31\x01").is_empty());
+        // Found by fuzzing: files of a page that would have had a gigabyte made ready for a block.
+        for file in ["blocks-of-a-gigabyte", "blocks-of-800-megabytes"] {
+            let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/found/exr");
+            let error = error(&std::fs::read(folder.join(file)).unwrap());
+            assert!(
+                error.starts_with("its blocks of ") && error.ends_with(" are far larger than the picture"),
+                "{error}"
+            );
+        }
     }
 }

@@ -348,19 +348,16 @@ impl Walker<'_> {
         if last {
             return end(path, "the depth limit", record);
         }
+        let (mut has_joined, mut is_apart) = (false, false);
         if has(Feature::Sharing, wave.reuse.is_some())
             && path.depth == 2
             && let Some(reuse) = &mut wave.reuse
         {
-            reuse.join(id as usize, path, &surface, hit);
+            (has_joined, is_apart) = reuse.join(id as usize, path, &surface, hit);
         }
         let bsdf_numbers = wave.bsdf_numbers.bsdf(index);
+        path.seeks = self.seeks::<T>() && !is_apart;
         // What others use as well sees each of them from another side.
-        let has_joined = has(Feature::Sharing, wave.reuse.is_some())
-            && path.depth == 2
-            && wave.reuse.as_ref().is_some_and(|reuse| reuse.has_joined(id as usize));
-        path.seeks =
-            self.seeks::<T>() && !(has_joined && wave.reuse.as_ref().is_some_and(|reuse| reuse.is_apart(id as usize)));
         let lobe = if has_joined { Lobe::NONE } else { self.lobe::<T>(&surface) };
         // Light sampled on purpose.
         if T::SAMPLES_LIGHTS && surface.bsdf.lobes().smooth && !self.scene.lights.is_empty() {

@@ -121,18 +121,20 @@ impl Reuse {
         self.apart.clear();
     }
 
-    /// What path `index` finds from now on counts for others, too, if the surface reflects to all sides; `hit` is its second.
+    /// What path `index` finds from now on counts for others, too, if the surface reflects to all sides; `hit` is its second. Whether that is
+    /// so, and whether what it finds is kept apart by direction.
     #[inline(never)]
-    pub(super) fn join(&mut self, index: usize, path: &mut PathState, surface: &Surface<'_>, hit: Hit) {
-        let Segment::Smooth { pdf, from, .. } = path.segment else { return };
+    pub(super) fn join(&mut self, index: usize, path: &mut PathState, surface: &Surface<'_>, hit: Hit) -> (bool, bool) {
+        const ALONE: (bool, bool) = (false, false);
+        let Segment::Smooth { pdf, from, .. } = path.segment else { return ALONE };
         let alike = matches!(surface.bsdf, Scatter::One(Bsdf::Diffuse(_)));
         if !(alike || surface.bsdf.scatters_everywhere()) {
-            return;
+            return ALONE;
         }
         let towards = |n: Vec3| if n.dot(surface.wo) < 0.0 { -n } else { n };
         let sides = [towards(surface.point.n), towards(surface.frame.n)];
         let mut joint = Joint { point: surface.point, hit, sides, density: 0.0, apart: None, radiance: path.radiance };
-        let Some((_, geometry)) = joint.seen_from(from) else { return };
+        let Some((_, geometry)) = joint.seen_from(from) else { return ALONE };
         joint.density = f64::from(pdf.0) * geometry;
         if !alike {
             joint.apart = Some(self.apart.len() as u32);
@@ -142,16 +144,7 @@ impl Reuse {
         path.carried = path.throughput;
         path.throughput = Rgb::WHITE;
         path.radiance = Rgb::BLACK;
-    }
-
-    /// Whether what path `index` finds counts for others, too.
-    pub(super) fn has_joined(&self, index: usize) -> bool {
-        self.joints[index].is_some()
-    }
-
-    /// Whether what path `index` finds for others is kept apart by direction.
-    pub(super) fn is_apart(&self, index: usize) -> bool {
-        self.joints[index].as_ref().is_some_and(|joint| joint.apart.is_some())
+        (true, !alike)
     }
 
     /// Before it is known which light samples of vertex `vertex` (counted from 0) are visible: `samples` are their paths and
