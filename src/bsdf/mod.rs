@@ -390,8 +390,8 @@ impl Bsdf {
         }
     }
 
-    /// The direction on the other side that what is seen from `wo` comes from by a delta lobe, and f·|cos θi| over the probability of
-    /// choosing that lobe, times this: which part of the radiance passes. `None` where nothing passes so.
+    /// The direction beyond the surface from which a delta lobe brings light to `wo`, and which part of the radiance passes: the mean of
+    /// what samples of that lobe weigh, the others counting 0. `None` where nothing passes so.
     pub fn through(&self, wo: Vec3) -> Option<(Vec3, Rgb)> {
         match self {
             Self::Dielectric(b) => b.through(wo),

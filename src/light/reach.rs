@@ -146,8 +146,8 @@ impl Beam {
         }
     }
 
-    /// A bound on what arrives at a receiver, or, where that has a lobe, a guess of what its viewer sees: [`Reach::power`], lessened by the square of the distance and by the cosines of
-    /// the smallest angles at either end.
+    /// A bound on what arrives at a receiver, or, where that has a lobe, a guess of what its viewer sees: [`Reach::power`], lessened by
+    /// the square of the distance and by the cosines of the smallest angles at either end.
     #[inline]
     pub fn importance(&self, at: &Receiver) -> f32 {
         let to = self.centre - at.p;
