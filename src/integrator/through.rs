@@ -110,7 +110,8 @@ impl Walker<'_> {
                         pending[index].radiance = sought.scattered * left * radiance;
                         occluded[index] = false;
                     }
-                } else if hit.is_some() && depth < self.limits.max_depth {
+                } else if self.is_pane(hit) && depth < self.limits.max_depth {
+                    // Asked before: what is opaque need not be worked out.
                     let surface = self.scene.surface(&ray, hit, &mut layers);
                     let Some((wi, part)) = self.through(&surface, hit) else { continue };
                     followed[kept] = Followed { index, left: left * part, depth: depth + 1 };
@@ -141,10 +142,12 @@ impl Walker<'_> {
     /// Where light comes from through a surface that it may be sought behind, and which part of it passes.
     #[inline(never)]
     pub(super) fn through(&self, surface: &Surface<'_>, hit: Hit) -> Option<(Vec3, Rgb)> {
-        if !self.scene.appearances[hit.shape as usize].is_pane {
-            return None;
-        }
-        surface.bsdf.through(surface.frame.to_local(surface.wo))
+        if self.is_pane(hit) { surface.bsdf.through(surface.frame.to_local(surface.wo)) } else { None }
+    }
+
+    /// Whether light may be sought behind what was hit, if anything was.
+    fn is_pane(&self, hit: Hit) -> bool {
+        hit.is_some() && self.scene.appearances[hit.shape as usize].is_pane
     }
 
     /// What becomes of a segment whose end is passed by a delta lobe; `sampled_at_first`: it came from the first vertex.
