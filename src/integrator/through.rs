@@ -85,7 +85,7 @@ impl Walker<'_> {
                 && let Some(sought) = sought
                 && sought.depth + 1 < self.limits.max_depth
                 && self.can_be_sought(&self.scene.lights[sought.light as usize])
-                && self.scene.panes.iter().any(|pane| ray.may_meet(pane))
+                && self.scene.panes.may_be_met(ray)
             {
                 followed.push(Followed { index, left: Rgb::WHITE, depth: sought.depth + 1 });
                 rays.push(Ray::new(ray.o, ray.d.normalize()));

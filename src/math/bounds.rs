@@ -42,6 +42,17 @@ impl Bounds {
     pub fn extent(&self) -> Vec3 {
         self.max - self.min
     }
+
+    /// The point in the middle; not for an empty box.
+    pub fn middle(&self) -> Vec3 {
+        0.5 * self.min + 0.5 * self.max
+    }
+
+    /// Half of the surface area, in f64, so that no square of a length in f32 overflows or vanishes. Not for an empty box.
+    pub fn half_area(&self) -> f64 {
+        let e = self.extent().as_dvec3();
+        e.x * e.y + e.y * e.z + e.z * e.x
+    }
 }
 
 /// An axis-aligned box in double precision, for what happens before the scene is rounded to f32.

@@ -1,6 +1,5 @@
 //! Rays.
 
-use super::bounds::Bounds;
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 
@@ -49,29 +48,6 @@ impl Ray {
             tmin: self.tmin,
             tmax: self.tmax,
         }
-    }
-
-    /// Whether it may meet something in a box: not certain to, but certain not to if this is false, as far as hits lie within the
-    /// box by a millionth of its coordinates.
-    pub fn may_meet(&self, bounds: &Bounds) -> bool {
-        /// What hits and origins are rounded by, many times over.
-        const MARGIN: f64 = 1.0 / (1u64 << 20) as f64;
-        let [o, d] = [self.o.as_dvec3(), self.d.as_dvec3()];
-        let [min, max] = [bounds.min.as_dvec3(), bounds.max.as_dvec3()];
-        let margin = MARGIN * (min.abs().max(max.abs()).max_element() + o.abs().max_element());
-        let (mut enter, mut leave) = (f64::from(self.tmin), f64::from(self.tmax));
-        for axis in 0..3 {
-            let (a, b) = (min[axis] - margin - o[axis], max[axis] + margin - o[axis]);
-            if d[axis] == 0.0 {
-                if a > 0.0 || b < 0.0 {
-                    return false;
-                }
-                continue;
-            }
-            let (near, far) = if d[axis] > 0.0 { (a, b) } else { (b, a) };
-            (enter, leave) = (enter.max(near / d[axis]), leave.min(far / d[axis]));
-        }
-        enter <= leave
     }
 
     /// The open segment from `a` to `b`.

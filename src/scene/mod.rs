@@ -10,12 +10,14 @@
 mod ahead;
 pub mod compile;
 mod features;
+mod panes;
 pub mod predict;
 mod space;
 mod surface;
 
 pub use ahead::{AHEAD, Ahead, LookedAt};
 pub use features::Features;
+pub use panes::Panes;
 pub use surface::Surface;
 
 use crate::accel::{Accel, Hit};
@@ -24,7 +26,6 @@ use crate::facts::{Feature, has};
 use crate::image::{ComponentFormat, Crop, Filter, PixelFormat};
 use crate::light::{Light, LightSampler};
 use crate::material::{Graph, Layer, Material, Place, Scatter, Sides};
-use crate::math::bounds::Bounds;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::shape::Shape;
@@ -107,8 +108,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Which of them are at infinity and met by rays that meet nothing else.
     pub infinite_lights: Vec<u32>,
-    /// Boxes around all panes ([`Appearance::is_pane`]), if there is a light with size that may be sought behind them.
-    pub panes: Vec<Bounds>,
+    /// Where all panes are ([`Appearance::is_pane`]), if there is a light with size that may be sought behind them.
+    pub panes: Panes,
     /// Chooses among the lights.
     pub light_sampler: LightSampler,
     /// Answers ray queries.

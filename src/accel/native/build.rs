@@ -16,7 +16,7 @@ use super::item::{Box4, Item};
 use super::spatial::{self, Corners};
 use crate::accel::{Accel, Quality};
 use crate::math::bounds::Bounds;
-use glam::{DVec3, Vec4};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Most bins along each axis. More gain under 1 % in ray time and cost as much in build time.
@@ -78,14 +78,8 @@ pub(super) struct BinaryNode {
 impl BinaryNode {
     /// Half of the surface area of its box.
     pub(super) fn area(&self) -> f64 {
-        half_area(self.bounds)
+        self.bounds.half_area()
     }
-}
-
-/// In f64, so that no square of a length in f32 overflows or vanishes. Not for an empty box.
-pub(super) fn half_area(bounds: Bounds) -> f64 {
-    let e: DVec3 = bounds.extent().as_dvec3();
-    e.x * e.y + e.y * e.z + e.z * e.x
 }
 
 /// What a node of the binary tree holds.

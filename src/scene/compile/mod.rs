@@ -13,14 +13,13 @@ mod textures;
 mod uvs;
 
 use super::space::ToScene;
-use super::{Features, FilmSettings, Scene};
+use super::{Features, FilmSettings, Panes, Scene};
 use crate::accel::{Accel, Accelerator, Choice, Quality};
 use crate::camera::Camera;
 use crate::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::light::{Light, LightSampler};
 use crate::material::Material;
-use crate::math::bounds::Bounds;
 use crate::shape::Shape;
 pub use fold::{Beyond, fold};
 use lights::Place;
@@ -97,7 +96,10 @@ pub fn compile(description: &SceneDescription, options: &CompileOptions) -> Resu
         pixel_format: camera.film.pixel_format,
     };
     features.allow();
-    let panes = panes(&shapes, &look);
+    let panes = match look.lights.iter().any(Light::can_be_met) {
+        true => Panes::new(&shapes, &look.appearances),
+        false => Panes::default(),
+    };
     let scene = Scene {
         camera: seen_by,
         film,
@@ -128,28 +130,6 @@ pub(super) fn rays(description: &SceneDescription, options: &CompileOptions) -> 
     let samples = options.samples.unwrap_or(camera.sampler.sample_count);
     let pixels = f64::from(camera.film.crop.width) * f64::from(camera.film.crop.height);
     RAYS_PER_SAMPLE * pixels * f64::from(samples)
-}
-
-/// Most boxes around what is clear: more would be asked in vain more often than they are worth.
-const MOST_PANES: usize = 16;
-
-/// See [`Scene::panes`].
-fn panes(shapes: &[Shape], look: &Look) -> Vec<Bounds> {
-    if !look.lights.iter().any(Light::can_be_met) {
-        return Vec::new();
-    }
-    let panes: Vec<Bounds> = shapes
-        .iter()
-        .zip(&look.appearances)
-        .filter(|(_, appearance)| appearance.is_pane)
-        .map(|(shape, _)| {
-            (0..shape.primitive_count() as u32).fold(Bounds::EMPTY, |all, i| all.union(shape.primitive_bounds(i)))
-        })
-        .collect();
-    match panes.len() > MOST_PANES {
-        true => vec![panes.into_iter().fold(Bounds::EMPTY, Bounds::union)],
-        false => panes,
-    }
 }
 
 /// What the scene has; of a group once, however often it is placed.
