@@ -17,7 +17,7 @@
 //! - from the squares of single pixels, which see rare large errors: the mean of (x·y)² is at most 4/3 of that of d⁴, with equality
 //!   for normal errors.
 //!
-//! Both are added, though normal errors are then counted twice.
+//! The larger of them counts: of normal errors both say the same.
 //!
 //! The weight 1/(r² + 0.01·L²) is not known either. Taken at m it is too small where an error makes m too large, just where d² is
 //! large. Taken at the mean of two of the four halves, and multiplied by the squared difference of the other two, it has nothing to do
@@ -348,7 +348,7 @@ impl Estimates {
         let rare: f64 = own.iter().map(|square| NORMAL_PRODUCT * square * square).sum();
         // On the scale of logarithms; what halves of replicates say can be off by little more than that where all is noise.
         let of_weight = libm::log(all.other_weight / all.own_weight) / 2.0;
-        let squared = (miss * alike * alike + rare) / (sum * sum) + of_weight * of_weight;
+        let squared = (miss * alike * alike).max(rare) / (sum * sum) + of_weight * of_weight;
         let surprise = all.free_weight / all.own_weight;
         Sum { sum: sum * libm::exp(of_weight), deviation: squared.sqrt(), surprise }
     }

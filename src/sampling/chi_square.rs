@@ -186,13 +186,17 @@ fn run(samples: u32, mut sample: impl FnMut(u32) -> Option<DVec2>, density: impl
     let (mut observed, mut lost) = (vec![0.0; cells.len()], 0.0);
     for i in pilot..samples {
         match sample(i) {
-            Some(u) => observed[tree.find(u)] += 1.0,
+            Some(u) => {
+                let cell = tree.find(u);
+                observed[cell] += 1.0;
+                cells[cell].1.push(u);
+            }
             None => lost += 1.0,
         }
     }
     let n = f64::from(count);
-    let integrator = Integrator { density, n, pilot: f64::from(pilot) };
-    let cells = cells.into_iter().map(|(cell, pilot)| n * integrator.integrate(cell, pilot));
+    let integrator = Integrator { density, n, guides: f64::from(samples) };
+    let cells = cells.into_iter().map(|(cell, guides)| n * integrator.integrate(cell, guides));
     let mut classes: Vec<(f64, f64)> = cells.zip(observed).collect();
     let integral = classes.iter().map(|c| c.0).sum::<f64>() / n;
     if lost > 0.0 {
@@ -229,20 +233,20 @@ struct Integrator<F> {
     density: F,
     /// Samples that are tested.
     n: f64,
-    /// Samples of the pilot run.
-    pilot: f64,
+    /// Samples that say where to look.
+    guides: f64,
 }
 
 impl<F: Fn(DVec2) -> f64> Integrator<F> {
-    fn integrate(&self, cell: Cell, pilot: Vec<DVec2>) -> f64 {
-        self.refine(cell, quadrature(cell, &self.density), Depth::default(), false, pilot)
+    fn integrate(&self, cell: Cell, guides: Vec<DVec2>) -> f64 {
+        self.refine(cell, quadrature(cell, &self.density), Depth::default(), false, guides)
     }
 
-    /// The integral over a cell whose quadrature is `coarse`, and into which samples of the pilot run have fallen. (That
-    /// samples guide where to look closer does not change what is integrated.) Two levels in sequence must agree, of which
+    /// The integral over a cell whose quadrature is `coarse`, and into which samples have fallen. (That they guide where to look closer does
+    /// not change what is integrated; the tested ones do, too, since a thread of mass may have none of the pilot run.) Two levels in sequence must agree, of which
     /// the upper may have agreed `before`: that one level agrees with the next happens by chance.
-    fn refine(&self, cell: Cell, coarse: f64, depth: Depth, before: bool, mut pilot: Vec<DVec2>) -> f64 {
-        let (parts, below) = cell.parts(&pilot, depth);
+    fn refine(&self, cell: Cell, coarse: f64, depth: Depth, before: bool, mut guides: Vec<DVec2>) -> f64 {
+        let (parts, below) = cell.parts(&guides, depth);
         let parts: Vec<(Cell, f64)> = parts.into_iter().map(|p| (p, quadrature(p, &self.density))).collect();
         let fine: f64 = parts.iter().map(|p| p.1).sum();
         // Errors of parts have either sign, and add like their squares: each of four may have half the whole's.
@@ -250,15 +254,15 @@ impl<F: Fn(DVec2) -> f64> Integrator<F> {
         let error = INTEGRAL_ERROR * f64::max(fine * self.n, 1.0).sqrt() / self.n * scale;
         let agrees = (fine - coarse).abs() <= error.max(INTEGRAL_NOISE * fine);
         let settled = (agrees && before) || depth.quarterings >= INTEGRAL_DEPTH;
-        let seen = pilot.len() as f64;
+        let seen = guides.len() as f64;
         let suggested = f64::max(seen - SUGGESTED_DEVIATIONS * seen.sqrt(), SUGGESTED_PART * seen);
-        let suspicious = fine * self.pilot < suggested;
+        let suspicious = fine * self.guides < suggested;
         if (settled && !suspicious) || depth.halvings >= SEARCH_DEPTH || fine.is_nan() {
             return fine;
         }
         let mut sum = 0.0;
         for (part, value) in parts {
-            let inside = pilot.extract_if(.., |p| part.contains(*p)).collect();
+            let inside = guides.extract_if(.., |p| part.contains(*p)).collect();
             sum += self.refine(part, value, below, agrees, inside);
         }
         sum

@@ -10,6 +10,14 @@ const COLOUR: Rgb = Rgb::new(0.9, 0.5, 0.1);
 /// Smooth (its α is the smallest there is), in between, as rough as can be.
 const ROUGHNESSES: [f32; 3] = [1e-3, 0.3, 1.0];
 
+/// Whether directions in f32 resolve lobes of the least of these: α is its square, 10⁻⁶, and across the plane of view a lobe is 2α·cos θ
+/// wide, where coordinates near one are 6·10⁻⁸ apart. At a cosine of 0.01 one unit in the last place is three lobes.
+fn is_resolved(wo: Vec3) -> bool {
+    /// At which a lobe is three units wide.
+    const LEAST_COSINE: f32 = 0.1;
+    wo.z.abs() >= LEAST_COSINE
+}
+
 pub(crate) fn gltf(is: GltfParameters) -> Bsdf {
     Bsdf::Gltf(Gltf::new(is))
 }
@@ -109,7 +117,8 @@ pub(crate) fn rows() -> Vec<Row> {
             }
             let eta = if is.solid { is.ior } else { 1.0 };
             let energy = Energy::Mean(1.0 + gain(name));
-            rows.push(Row { energy, ..row(&format!("glTF {name} {roughness}"), gltf(is), eta) });
+            let resolved = if roughness == ROUGHNESSES[0] { is_resolved } else { |_| true };
+            rows.push(Row { energy, resolved, ..row(&format!("glTF {name} {roughness}"), gltf(is), eta) });
         }
     }
     rows

@@ -104,7 +104,9 @@ pub fn run(law: Law, thorough: bool, only: Option<usize>) -> Verdicts {
         return Verdicts { broken: broken.collect(), tests: all.len() * edge_directions().count() };
     }
     let all: Vec<_> = pairs().into_iter().enumerate().filter(|(number, _)| wanted(*number)).collect();
-    let smooth = |(_, (row, _)): &&(usize, (&Row, Vec3))| law != Law::Density || row.bsdf.lobes().smooth;
+    let smooth = |(_, (row, wo)): &&(usize, (&Row, Vec3))| {
+        law != Law::Density || (row.bsdf.lobes().smooth && (row.resolved)(*wo))
+    };
     let step = if law == Law::Density { FEW_DENSITIES } else { FEW };
     let few = |(number, _): &&(usize, (&Row, Vec3))| thorough || only.is_some() || number.is_multiple_of(step);
     let asked: Vec<_> = all.iter().filter(smooth).filter(few).collect();

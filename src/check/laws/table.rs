@@ -15,6 +15,8 @@ pub(crate) struct Row {
     /// Pairs of directions for which reciprocity is not asked. Only the thin principled bsdf, which as Mitsuba has it blocks
     /// some ways in one direction only, has such.
     pub(crate) exempt: fn(Vec3, Vec3) -> bool,
+    /// Whether directions in f32 resolve its lobes as seen from here, which the density's law asks for.
+    pub(crate) resolved: fn(Vec3) -> bool,
 }
 
 /// How much may come back.
@@ -97,7 +99,7 @@ fn edge_rows() -> Vec<Row> {
 }
 
 pub(crate) fn row(name: &str, bsdf: Bsdf, eta: f32) -> Row {
-    Row { name: name.into(), bsdf, eta, energy: Energy::Sample(0.0), exempt: |_, _| false }
+    Row { name: name.into(), bsdf, eta, energy: Energy::Sample(0.0), exempt: |_, _| false, resolved: |_| true }
 }
 
 /// Of one lobe each, or of two of which each gives back what it gets.
