@@ -93,7 +93,7 @@ static const char *missing(RTCDevice device) {
     return NULL;
 }
 
-struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, uint64_t memory_limit, struct rt_error *error) {
+struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, uint32_t mode, uint64_t memory_limit, struct rt_error *error) {
     struct rt_scene *scene = calloc(1, sizeof *scene);
     if (!scene) {
         set_error(error, RTC_ERROR_OUT_OF_MEMORY, "out of memory");
@@ -128,7 +128,8 @@ struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, uint64_t memor
         rt_scene_free(scene);
         return NULL;
     }
-    rtcSetSceneFlags(scene->scene, RTC_SCENE_FLAG_ROBUST);
+    const enum RTCSceneFlags modes[] = {RTC_SCENE_FLAG_ROBUST, RTC_SCENE_FLAG_NONE, RTC_SCENE_FLAG_COMPACT};
+    rtcSetSceneFlags(scene->scene, modes[mode < 3 ? mode : 0]);
     const enum RTCBuildQuality qualities[] = {RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_MEDIUM, RTC_BUILD_QUALITY_HIGH};
     rtcSetSceneBuildQuality(scene->scene, qualities[quality < 3 ? quality : 1]);
     return scene;

@@ -47,8 +47,9 @@ struct rt_scene;
 uint32_t rt_header_version(void);
 
 /* A new scene on a new device of `threads` build threads (0: as many as the machine has), to be built quickly (quality 0),
- * well (2) or in between (1), or NULL and `error`. What would make Embree hold more than `memory_limit` bytes fails. */
-struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, uint64_t memory_limit, struct rt_error *error);
+ * well (2) or in between (1), or NULL and `error`. Rays meet it by arithmetic that is robust (mode 0), quick (1), or quick in a
+ * tree of compressed nodes (2). What would make Embree hold more than `memory_limit` bytes fails. */
+struct rt_scene *rt_scene_new(uint32_t threads, uint32_t quality, uint32_t mode, uint64_t memory_limit, struct rt_error *error);
 
 /* The version of the library that is running, like rt_header_version. */
 uint32_t rt_scene_library_version(const struct rt_scene *scene);
@@ -61,7 +62,7 @@ bool rt_scene_add_mesh(struct rt_scene *scene, uint32_t shape, const float *posi
 /* Builds the hierarchy. Must succeed before a query. */
 bool rt_scene_commit(struct rt_scene *scene, struct rt_error *error);
 
-/* The closest hit of each of `count` rays, by Embree's robust arithmetic. */
+/* The closest hit of each of `count` rays, by the scene's arithmetic. */
 void rt_scene_closest(const struct rt_scene *scene, const struct rt_ray *rays, struct rt_hit *hits, size_t count);
 
 /* The same for rays of which each goes much the way of its neighbours, sixteen at a time: twice as fast for those, half as

@@ -2,6 +2,8 @@
 
 use super::{Batch, Kind, record};
 use cpu_time::ProcessTime;
+#[cfg(feature = "embree")]
+use snell::accel::EmbreeMode;
 use snell::accel::{Accel, Accelerator, Hit, Quality, Start};
 use snell::math::ray::Ray;
 use snell::render::RenderSettings;
@@ -119,8 +121,18 @@ impl Measured {
 
     /// One of snell's accelerators.
     pub fn accel(which: Accelerator, quality: Quality, shapes: &[Shape]) -> Self {
-        let describe = |accel: &Accel| (format!("{}, {quality:?}", accel.name()), accel.memory_bytes());
-        Self::build(|| Accel::build(which, shapes, 1, quality).unwrap(), describe)
+        Self::build(|| Accel::build(which, shapes, 1, quality).unwrap(), |accel| Self::describe(accel, quality))
+    }
+
+    /// Embree by an arithmetic that renders do not take.
+    #[cfg(feature = "embree")]
+    pub fn embree(mode: EmbreeMode, quality: Quality, shapes: &[Shape]) -> Self {
+        let build = || Accel::build_embree(shapes, 1, quality, mode).unwrap();
+        Self::build(build, |accel| Self::describe(accel, quality))
+    }
+
+    fn describe(accel: &Accel, quality: Quality) -> (String, u64) {
+        (format!("{}, {quality:?}", accel.name()), accel.memory_bytes())
     }
 
     /// Answers all rays once more.
@@ -133,7 +145,7 @@ impl Measured {
     /// Mrays/s, and how many times as fast as `other`.
     pub fn row(&self, counts: [usize; 4], other: &Self) -> String {
         let Self { name, megabytes, build, .. } = self;
-        let mut row = format!("  {name:33} built in {build:.2} s ({:.2}), {megabytes:5.1} MB;", build / other.build);
+        let mut row = format!("  {name:38} built in {build:.2} s ({:.2}), {megabytes:5.1} MB;", build / other.build);
         for ((count, best), other) in counts.iter().zip(self.best).zip(other.best) {
             row += &format!(" {:.2} ({:.2})", *count as f64 / best / 1e6, other / best);
         }

@@ -1,7 +1,7 @@
 //! Every ray through both accelerators: our own answers, and each disagreement is judged and counted.
 
 use super::comparison::{ComparisonCounts, Disagreement, EXAMPLES};
-use super::embree::Embree;
+use super::embree::{Embree, EmbreeMode};
 use super::native::Native;
 use super::oracle::{self, Verdict};
 use super::{Hit, Quality, Start};
@@ -25,7 +25,7 @@ impl Both {
     /// See [`super::Accel::build`].
     pub(super) fn build(shapes: &[Shape], threads: usize, quality: Quality) -> Result<Self> {
         Ok(Self {
-            embree: Embree::build(shapes, threads, quality)?,
+            embree: Embree::build(shapes, threads, quality, EmbreeMode::Robust)?,
             native: Native::build(shapes, quality),
             rays: AtomicU64::new(0),
             found: Mutex::default(),

@@ -19,6 +19,8 @@ pub mod oracle;
 
 pub use crate::shape::Hit;
 pub use choice::{Accelerator, Choice, Quality};
+#[cfg(feature = "embree")]
+pub use embree::EmbreeMode;
 
 use crate::error::{Error, Result};
 use crate::math::ray::Ray;
@@ -106,7 +108,7 @@ impl Accel {
             #[cfg(feature = "embree")]
             Accelerator::Both => Kind::Both(Box::new(both::Both::build(shapes, threads, quality)?)),
             #[cfg(feature = "embree")]
-            Accelerator::Embree => Kind::Embree(embree::Embree::build(shapes, threads, quality)?),
+            Accelerator::Embree => Kind::Embree(embree::Embree::build(shapes, threads, quality, EmbreeMode::Robust)?),
             #[cfg(not(feature = "embree"))]
             Accelerator::Embree | Accelerator::Both => {
                 let _ = threads;
@@ -115,6 +117,13 @@ impl Accel {
                 ));
             }
         }))
+    }
+
+    /// Embree by another arithmetic than renders take, to be compared with. Fails as [`Self::build`] does.
+    #[cfg(feature = "embree")]
+    pub fn build_embree(shapes: &[Shape], threads: usize, quality: Quality, mode: EmbreeMode) -> Result<Self> {
+        check_number(shapes)?;
+        Ok(Self(Kind::Embree(embree::Embree::build(shapes, threads, quality, mode)?)))
     }
 
     /// Our own accelerator as processors have it that can do no more than all of their kind, one ray at a time, and built with the

@@ -56,7 +56,13 @@ pub struct rt_scene {
 }
 unsafe extern "C" {
     pub fn rt_header_version() -> u32;
-    pub fn rt_scene_new(threads: u32, quality: u32, memory_limit: u64, error: *mut rt_error) -> *mut rt_scene;
+    pub fn rt_scene_new(
+        threads: u32,
+        quality: u32,
+        mode: u32,
+        memory_limit: u64,
+        error: *mut rt_error,
+    ) -> *mut rt_scene;
     pub fn rt_scene_library_version(scene: *const rt_scene) -> u32;
     pub fn rt_scene_add_mesh(
         scene: *mut rt_scene,

@@ -76,6 +76,18 @@ impl rt_hit {
     }
 }
 
+/// By which arithmetic Embree meets triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EmbreeMode {
+    /// Its robust one, which loses few rays: what renders take.
+    #[default]
+    Robust,
+    /// Its default, which is quicker, and loses rays at edges.
+    Quick,
+    /// The same in a tree of compressed nodes.
+    Compact,
+}
+
 /// Embree for the triangles, our own for all else.
 #[derive(Debug)]
 pub(crate) struct Embree {
@@ -86,23 +98,24 @@ pub(crate) struct Embree {
     /// Length of the longest edge of each shape.
     longest_edges: Vec<f32>,
     others: Native,
+    mode: EmbreeMode,
     /// Hits of Embree that were none.
     false_hits: AtomicU64,
 }
 
 impl Embree {
-    /// See [`super::Accel::build`].
-    pub(crate) fn build(shapes: &[Shape], threads: usize, quality: Quality) -> Result<Self> {
+    /// See [`super::Accel::build_embree`].
+    pub(crate) fn build(shapes: &[Shape], threads: usize, quality: Quality, mode: EmbreeMode) -> Result<Self> {
         let shapes: Vec<Shape> = shapes.iter().map(copy).collect();
         let scene = if shapes.iter().any(|s| matches!(s, Shape::Mesh(mesh) if !mesh.faces.is_empty())) {
             // SAFETY: `shapes` is moved into the same struct and never changed; the vectors inside keep their address.
-            Some(unsafe { Scene::build(&shapes, threads, quality, u64::MAX)? })
+            Some(unsafe { Scene::build(&shapes, threads, (quality, mode), u64::MAX)? })
         } else {
             None
         };
         let others = Native::build_others(&shapes, quality);
         let longest_edges = shapes.iter().map(longest_edge).collect();
-        Ok(Self { scene, shapes, longest_edges, others, false_hits: AtomicU64::new(0) })
+        Ok(Self { scene, shapes, longest_edges, others, mode, false_hits: AtomicU64::new(0) })
     }
 
     /// See [`super::Accel::closest_hits_from`].
@@ -222,7 +235,12 @@ impl Embree {
     /// See [`super::Accel::name`].
     pub(crate) fn name(&self) -> String {
         let version = self.scene.as_ref().map_or_else(header_version, Scene::library_version);
-        format!("embree {version} (robust)")
+        let mode = match self.mode {
+            EmbreeMode::Robust => "robust",
+            EmbreeMode::Quick => "quick",
+            EmbreeMode::Compact => "quick, compact",
+        };
+        format!("embree {version} ({mode})")
     }
 
     /// See [`super::Accel::memory_bytes`].
@@ -312,11 +330,16 @@ impl Scene {
     /// # Safety
     /// The vertices, of which [`PADDING`] at the end are unused, and the faces of `shapes` must stay where they are and
     /// as they are until the scene is dropped.
-    unsafe fn build(shapes: &[Shape], threads: usize, quality: Quality, memory: u64) -> Result<Self> {
+    unsafe fn build(
+        shapes: &[Shape],
+        threads: usize,
+        (quality, mode): (Quality, EmbreeMode),
+        memory: u64,
+    ) -> Result<Self> {
         let mut error = rt_error { code: 0, text: [0; 252] };
         let threads = u32::try_from(threads).unwrap_or(0);
         // SAFETY: `error` is writable for the call.
-        let scene = unsafe { bindings::rt_scene_new(threads, quality as u32, memory, &mut error) };
+        let scene = unsafe { bindings::rt_scene_new(threads, quality as u32, mode as u32, memory, &mut error) };
         let scene = Self(NonNull::new(scene).ok_or_else(|| failure("cannot be started", &error))?);
         let (header, library) = (header_version(), scene.library_version());
         if header.series() != library.series() {
@@ -404,7 +427,7 @@ mod tests {
         let positions = (0..SIDE * SIDE).map(at).collect();
         let shapes = [copy(&Shape::Mesh(TriangleMesh { positions, faces, ..TriangleMesh::default() }))];
         // SAFETY: `shapes` outlives every scene, and has its padding by `copy`.
-        let build = |memory| unsafe { Scene::build(&shapes, 2, Quality::Medium, memory) };
+        let build = |memory| unsafe { Scene::build(&shapes, 2, (Quality::Medium, EmbreeMode::Robust), memory) };
         let whole = build(u64::MAX).unwrap().memory_bytes();
         assert!(whole > 0);
         for memory in [0, 1, whole / 100, whole / 10, whole / 2] {
