@@ -81,6 +81,7 @@ impl Panes {
         if levels == 0 || low.is_empty() || high.is_empty() {
             return whole;
         }
+        // Whatever meets the whole asks about both parts.
         let parted = 2.0 * bounds.half_area() + self.add(low, levels - 1) + self.add(high, levels - 1);
         if parted < whole {
             self.nodes[at].below = (self.nodes.len() - at - 1) as u32;
