@@ -87,7 +87,7 @@ fn time(
     accels.iter().zip(&mut answers).for_each(|(accel, answers)| trace(accel, rays, answers, any));
     if let [embree, native] = &answers[..] {
         let differ = rays.iter().zip(embree.iter().zip(native)).filter(|&(ray, (&embree, &native))| {
-            embree != native && (any || oracle::verdict(shapes, ray, embree, native) != Verdict::Tie)
+            embree != native && (any || oracle::verdict(shapes, ray, &[], embree, native) != Verdict::Tie)
         });
         let differ = differ.count();
         assert!(differ as f64 <= ALLOWED_DIFFERENCES * rays.len() as f64, "{name}: {differ} answers differ");

@@ -121,7 +121,7 @@ fn huge_and_tiny() {
         for (ray, hit) in rays.iter().zip(hits) {
             let truth = oracle::closest(&shapes, ray).map_or(Hit::NONE, |(hit, _)| hit);
             let fine =
-                hit == truth || matches!(oracle::verdict(&shapes, ray, truth, hit), Verdict::Tie | Verdict::Edge);
+                hit == truth || matches!(oracle::verdict(&shapes, ray, &[], truth, hit), Verdict::Tie | Verdict::Edge);
             assert!(fine, "2^{exponent}: {ray:?}: {hit:?}, but {truth:?}");
         }
     }
@@ -481,6 +481,29 @@ fn no_segment_is_blocked_by_its_ends() {
             println!("{which:?}, 1:{stretch}: {own} blocked by an end, {differ} any hits differ");
             assert_eq!((own, differ), (0, 0), "{which:?} on triangles of 1:{stretch}");
         }
+    }
+}
+
+/// 50,000 short segments within far small triangles. Rounded, some pierce the triangle that both their ends are on; who is told
+/// of the ends takes none for hidden, and who is told of the start finds nothing.
+#[test]
+fn segments_within_a_triangle_are_free() {
+    let mut rng = Rng(17);
+    let triangles = random_soup(&mut rng, 50, 1e-3);
+    let shapes = [soup(&triangles)];
+    let at = |i: usize| Hit { shape: 0, primitive: (i % triangles.len()) as u32 };
+    let segments: Vec<Ray> = (0..50_000).map(|i| segment(&mut rng, [triangles[i % triangles.len()]; 2])).collect();
+    let pierced = (0..).zip(&segments).filter(|&(i, ray)| is_inside(&shapes, at(i), ray)).count();
+    assert!(pierced > 1000, "{pierced}");
+    let starts: Vec<Hit> = (0..segments.len()).map(at).collect();
+    let ends: Vec<[Hit; 2]> = starts.iter().map(|&hit| [hit; 2]).collect();
+    for which in accelerators() {
+        let accel = build(which, &shapes);
+        let (mut hits, mut hidden) = (vec![Hit::NONE; segments.len()], vec![true; segments.len()]);
+        accel.closest_hits_from(&segments, Start::Primitives(&starts), &mut hits);
+        accel.occluded_between(&segments, &ends, &mut hidden);
+        assert_eq!(hits.iter().filter(|hit| hit.is_some()).count(), 0, "{which:?}");
+        assert_eq!(hidden.iter().filter(|hidden| **hidden).count(), 0, "{which:?}");
     }
 }
 

@@ -38,9 +38,10 @@ impl Both {
         self.native.closest_hits(rays, start, hits);
         let mut others = vec![Hit::NONE; rays.len()];
         self.embree.closest_hits(rays, start, &mut others);
-        for ((ray, &native), &embree) in rays.iter().zip(&*hits).zip(&others) {
+        for (i, ((ray, &native), &embree)) in rays.iter().zip(&*hits).zip(&others).enumerate() {
             if embree != native {
-                self.judge(ray, false, embree, native);
+                let from = start.primitives().get(i).copied().unwrap_or(Hit::NONE);
+                self.judge((ray, false), [from, Hit::NONE], embree, native);
             }
         }
     }
@@ -51,22 +52,33 @@ impl Both {
         self.native.occluded(rays, ends, occluded);
         let mut others = vec![false; rays.len()];
         self.embree.occluded(rays, ends, &mut others);
-        for ((ray, &native), &embree) in rays.iter().zip(&*occluded).zip(&others) {
+        for (i, ((ray, &native), &embree)) in rays.iter().zip(&*occluded).zip(&others).enumerate() {
             if embree != native {
-                // The one who says yes has to name its witness.
-                let (mut of_embree, mut of_native) = ([Hit::NONE], [Hit::NONE]);
-                if native {
-                    self.native.closest_hits(&[*ray], Start::Anywhere, &mut of_native);
-                } else {
-                    self.embree.closest_hits(&[*ray], Start::Anywhere, &mut of_embree);
-                }
-                self.judge(ray, true, of_embree[0], of_native[0]);
+                let ends = ends.get(i).copied().unwrap_or([Hit::NONE; 2]);
+                let witness = self.witness(ray, ends, native);
+                let (of_embree, of_native) = if native { (Hit::NONE, witness) } else { (witness, Hit::NONE) };
+                self.judge((ray, true), ends, of_embree, of_native);
             }
         }
     }
 
-    fn judge(&self, ray: &Ray, any: bool, embree: Hit, native: Hit) {
-        let verdict = oracle::verdict(self.embree.shapes(), ray, embree, native);
+    /// What is in the way for the one who says that something is, our own or Embree. If that is what the ray ends on, which the
+    /// search for the closest is not told of, the oracle must say what there is else.
+    fn witness(&self, ray: &Ray, ends: [Hit; 2], native: bool) -> Hit {
+        let (mut hit, start) = ([Hit::NONE], [ends[0]]);
+        if native {
+            self.native.closest_hits(&[*ray], Start::Primitives(&start), &mut hit);
+        } else {
+            self.embree.closest_hits(&[*ray], Start::Primitives(&start), &mut hit);
+        }
+        if !ends.contains(&hit[0]) {
+            return hit[0];
+        }
+        oracle::closest_but(self.embree.shapes(), ray, &ends).map_or(hit[0], |(other, _)| other)
+    }
+
+    fn judge(&self, (ray, any): (&Ray, bool), ends: [Hit; 2], embree: Hit, native: Hit) {
+        let verdict = oracle::verdict(self.embree.shapes(), ray, &ends, embree, native);
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         *found.of(verdict) += 1;
         if verdict != Verdict::Tie && found.examples.len() < EXAMPLES {

@@ -274,10 +274,11 @@ impl Volumes {
     }
 }
 
-/// Who is right about the closest hit (or any hit, where the one who found none has [`Hit::NONE`]). The two differ.
-pub fn verdict(shapes: &[Shape], ray: &Ray, embree: Hit, native: Hit) -> Verdict {
+/// Who is right about the closest hit (or any hit, where the one who found none has [`Hit::NONE`]) of a ray that meets nothing
+/// that is `left_out`. The two differ.
+pub fn verdict(shapes: &[Shape], ray: &Ray, left_out: &[Hit], embree: Hit, native: Hit) -> Verdict {
     let look = |hit: Hit| {
-        if hit.is_some() { contact(shapes, hit, ray) } else { Contact::Miss }
+        if hit.is_some() && !left_out.contains(&hit) { contact(shapes, hit, ray) } else { Contact::Miss }
     };
     let (of_embree, of_native) = (look(embree), look(native));
     if embree.is_some() && of_embree == Contact::Miss {
@@ -320,10 +321,7 @@ pub fn standing(shapes: &[Shape], ray: &Ray, left_out: &[Hit], truth: Hit, answe
     if answer == truth {
         return Standing::Same;
     }
-    if answer.is_some() && left_out.contains(&answer) {
-        return Standing::False;
-    }
-    match verdict(shapes, ray, truth, answer) {
+    match verdict(shapes, ray, left_out, truth, answer) {
         Verdict::NativeFalse => return Standing::False,
         Verdict::Tie => return Standing::Tie,
         _ => {}

@@ -150,7 +150,8 @@ impl Counts {
         let differs = |a: &Answer| a.hit != first.hit;
         let is_clear = |a: &Answer| {
             let agrees = !differs(a)
-                || a.who == Who::Embree && oracle::verdict(shapes, &aimed.ray, a.hit, first.hit) == Verdict::Tie;
+                || a.who == Who::Embree
+                    && oracle::verdict(shapes, &aimed.ray, &aimed.ends[..1], a.hit, first.hit) == Verdict::Tie;
             agrees && a.any == a.hit.is_some()
         };
         let is_lost = aimed.must_hit && !first.hit.is_some();

@@ -145,7 +145,7 @@ pub fn check(shapes: &[Shape], rays: &[Ray]) {
         let answers = occluded(&accel, rays);
         for (((ray, hit), truth), answer) in rays.iter().zip(&hits).zip(&truth).zip(&answers) {
             if hit != truth {
-                let verdict = oracle::verdict(shapes, ray, *hit, *truth);
+                let verdict = oracle::verdict(shapes, ray, &[], *hit, *truth);
                 assert!(
                     matches!(verdict, Verdict::Tie | Verdict::Edge),
                     "{which:?}: {verdict:?} for {ray:?}: {hit:?}, but {truth:?}: {:?}",

@@ -132,7 +132,7 @@ impl Embree {
             let from = |i: usize| [starts.get(i).copied().unwrap_or(Hit::NONE), Hit::NONE];
             let Some(stack) = &mut stack else {
                 for (i, ((ray, found), hit)) in rays.iter().zip(&found).zip(hits).enumerate() {
-                    let is_sure = !found.id().is_some() || self.is_certain(ray, found);
+                    let is_sure = !found.id().is_some() || self.is_certain(ray, from(i), found);
                     *hit = if is_sure { found.id() } else { self.confirm_closest(scene, ray, from(i), *found).hit };
                 }
                 continue;
@@ -155,7 +155,7 @@ impl Embree {
                 for (i, ((ray, found), occluded)) in rays.iter().zip(&found).zip(occluded).enumerate() {
                     let ends = || ends.get(chunk * CHUNK + i).copied().unwrap_or([Hit::NONE; 2]);
                     *occluded = found.id().is_some()
-                        && (self.is_certain(ray, found)
+                        && (self.is_certain(ray, ends(), found)
                             || self.distance(ray, ends(), found).is_some()
                             || self.is_occluded(scene, ray, ends()));
                 }
@@ -166,13 +166,16 @@ impl Embree {
         }
     }
 
-    /// Whether a hit lies in the ray's interval whatever Embree's rounding; see the head.
+    /// Whether a hit lies in the ray's interval whatever Embree's rounding (see the head), and is on no triangle that the
+    /// ray starts or ends on: a short segment within one of these, rounded, may well pierce it.
     #[inline]
-    fn is_certain(&self, ray: &Ray, found: &rt_hit) -> bool {
+    fn is_certain(&self, ray: &Ray, ends: [Hit; 2], found: &rt_hit) -> bool {
         let longest = self.longest_edges[found.shape as usize];
         let reach = longest + found.t * ray.d.length();
         let error = DISTANCE_ROUNDINGS * UNIT_ROUNDOFF * reach * reach * longest;
-        (found.t - ray.tmin) * found.volume > error && (ray.tmax - found.t) * found.volume > error
+        (found.t - ray.tmin) * found.volume > error
+            && (ray.tmax - found.t) * found.volume > error
+            && !ends.contains(&found.id())
     }
 
     /// The distance of a hit by our own computation, if it is in the ray's interval and no triangle that the ray starts
