@@ -13,6 +13,7 @@ use snell::integrator::{Estimator, PathReuse};
 use snell::render::adaptive::{Limits, render_adaptively};
 use snell::render::{Ended, Progress, RenderSettings, Rendered};
 use snell::scene::Scene;
+use std::time::Duration;
 
 fn adaptive(scene: &Scene, settings: &RenderSettings, samples: u32, aovs: &Aovs, threads: usize) -> Rendered {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -117,6 +118,51 @@ fn what_goes_beside_is_put_together_alike() {
         assert!((f64::from(pixel.to_array()[0]) - red).abs() <= 1e-6 * red, "{pixel:?} {red}");
         assert!(alpha > 0.0 && alpha < 1.0 + 1e-9, "{alpha}");
     }
+}
+
+/// A hall of even light, in which nothing is gained.
+fn hall(filter: Filter) -> Scene {
+    let scratch = tempfile::tempdir().unwrap();
+    let mut description = load_scene("enclosure", 21, scratch.path());
+    for camera in &mut description.cameras {
+        camera.film.filter = filter;
+    }
+    compiled(&description, Accelerator::Native)
+}
+
+/// Then the picture is that of a render of as many samples, to the last bit, whatever their number.
+#[test]
+fn where_it_does_not_pay_all_pixels_get_the_same() {
+    for filter in [Filter::Box, Filter::Gaussian { stddev: 0.5 }] {
+        let scene = hall(filter);
+        for samples in [4, 32, 50] {
+            let plain = rendered(&scene, &settings(Estimator::Path, samples), 2);
+            let even = adaptive(&scene, &settings(Estimator::Path, 1), samples, &Aovs::default(), 2);
+            assert_eq!((even.is_adaptive, even.ended), (false, Ended::Samples));
+            assert_eq!((even.samples, even.rays.total()), (plain.samples, plain.rays.total()));
+            assert_eq!(bits(&even.film.develop()), bits(&plain.film.develop()), "{filter:?}, {samples} samples");
+            let [even, plain] = [even, plain].map(|rendered| rendered.estimates.unwrap().error());
+            // The halves of a power of two are the same ones.
+            assert!(if samples == 50 { (even / plain - 1.0).abs() < 0.3 } else { even == plain }, "{even} {plain}");
+        }
+    }
+    assert!(adaptive(&room(Filter::Box), &settings(Estimator::Path, 1), 32, &Aovs::default(), 2).is_adaptive);
+}
+
+/// With no number of samples it goes on until the time is up.
+#[test]
+fn where_it_does_not_pay_time_is_used_up() {
+    let scene = hall(Filter::Box);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let limits = Limits { samples: None, time: Some(Duration::from_millis(300)), error: None, confidence: 0.95 };
+    let aovs = Aovs { means: vec![], numbers: vec![], sample_counts: true, sky_counts: false, looked_at: u32::MAX };
+    let all = (&pool, &Progress::default());
+    let rendered = render_adaptively(&scene, &settings(Estimator::Path, 1), &aovs, &limits, all);
+    assert_eq!((rendered.is_adaptive, rendered.ended), (false, Ended::Time));
+    let counts = counts(&rendered.film);
+    let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
+    assert!(*least >= 8 && *most <= 2 * least, "{least} to {most} samples");
+    assert!(rendered.estimates.is_some());
 }
 
 #[test]

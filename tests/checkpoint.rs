@@ -118,10 +118,13 @@ fn a_killed_adaptive_render_goes_on_to_the_same_bits() {
     let plain = ["render", SCENE, "-Dres=30", "--spp=100", "-q", "--adaptive", "--reuse=off", "--max-depth=4"];
     let wide = ["render", "filtered.xml", "--size=21x26", "--spp=90", "-q", "--adaptive", everything];
     let shared = ["render", SCENE, "-Dres=30", "-q", "--target-error=6%", "--reuse=on", everything];
-    for (common, minimum) in [(&plain[..], 3), (&wide, 9), (&shared, 9)] {
+    // The ball in even light is not worth two sequences.
+    for (common, minimum, adaptive) in [(&plain[..], 3, true), (&wide, 9, false), (&shared, 9, true)] {
         let desk = Desk::new();
         filtered(&desk);
-        desk.succeeds(&[common, &["-o", "whole.exr"]].concat());
+        desk.succeeds(&[common, &["-o", "whole.exr", "--stats=s.json"]].concat());
+        let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("s.json")).unwrap()).unwrap();
+        assert_eq!(stats["adaptive"], adaptive, "{common:?}");
         let taken = || -> String {
             let record = sums_file::read(&desk.path("c.snell")).unwrap().record;
             record.split_once(r#""taken":"#).unwrap().1.split(',').next().unwrap().into()
@@ -185,6 +188,13 @@ fn an_adaptive_checkpoint_goes_on_to_a_lower_target_and_serves_no_other_render()
     falsify(&desk, "c.exr", r#""taken":"#, r#""taken":9"#);
     let contradiction = "c.exr: cannot read the sums of a render: the record contradicts itself or the file";
     desk.refuses(&with(&["--target-error=1%"]), &[contradiction]);
+    fs::remove_file(desk.path("c.exr")).unwrap();
+    // One sequence of samples does not tell well enough when a target is reached.
+    filtered(&desk);
+    let even = ["render", "filtered.xml", "--size=9x9", "--spp=8", "--checkpoint=c.exr", "--resume", "-oa.exr"];
+    desk.succeeds(&[&even[..], &["--adaptive"]].concat());
+    let alone = ["c.exr: it has one sequence of samples", "it goes on with --adaptive only"];
+    desk.refuses(&[&even[..], &["--target-error=1%"]].concat(), &alone);
     fs::remove_file(desk.path("c.exr")).unwrap();
     desk.succeeds(&with(&["--spp=2"]));
     let equal = "it has as many samples in every pixel: it cannot go on with --adaptive or --target-error";

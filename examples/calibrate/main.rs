@@ -134,13 +134,18 @@ fn counted(samples: u32) -> Limits {
     Limits { samples: Some(samples), time: None, error: None, confidence: CONFIDENCE }
 }
 
+/// The same for a target that is never reached: always of two sequences.
+fn counted_towards_target(samples: u32) -> Limits {
+    Limits { error: Some(0.0), ..counted(samples) }
+}
+
 fn interval(stage: &Stage, samples: u32, seeds: u64) -> String {
     let (mut ratios, mut covered, mut halves, mut trues, mut tails) =
         (Vec::new(), 0u64, Vec::new(), Vec::new(), Vec::new());
     let (mut widths, mut warned) = (Vec::new(), 0u64);
     let mut covered_by_halves = 0u64;
     for seed in 0..seeds {
-        let rendered = stage.adaptive(&counted(samples), seed);
+        let rendered = stage.adaptive(&counted_towards_target(samples), seed);
         let truth = stage.reference.error_of(&rendered.film.develop());
         if let Some(known) = rendered.estimates.map(|e| e.whole(CONFIDENCE)) {
             ratios.push(known.error / truth);
@@ -192,7 +197,7 @@ fn target(stage: &Stage, error: f64, seeds: u64) -> String {
         let taken = stage.samples_per_pixel(&rendered);
         samples.push(taken);
         // With half of the samples, to know how fast the error falls there.
-        let half = stage.adaptive(&counted((taken / 2.0) as u32), seed);
+        let half = stage.adaptive(&counted_towards_target((taken / 2.0) as u32), seed);
         halves.push(stage.reference.error_of(&half.film.develop()) / truth);
     }
     let slope = 2.0 * median(&mut halves).log2();
@@ -210,13 +215,14 @@ fn target(stage: &Stage, error: f64, seeds: u64) -> String {
 }
 
 fn gain(stage: &Stage, samples: u32, seeds: u64) -> String {
-    let mut sums = [[0.0; 2]; 2];
+    let (mut sums, mut adaptive_ones) = ([[0.0; 2]; 2], 0);
     for seed in 0..seeds {
         for (which, sum) in sums.iter_mut().enumerate() {
             let (rendered, took) = timed(|| match which {
                 0 => stage.uniform(samples, seed),
                 _ => stage.adaptive(&counted(samples), seed),
             });
+            adaptive_ones += u64::from(rendered.is_adaptive);
             let error = stage.reference.error_of(&rendered.film.develop());
             sum[0] += error * error;
             sum[1] += took.cpu / rendered.samples as f64;
@@ -226,7 +232,7 @@ fn gain(stage: &Stage, samples: u32, seeds: u64) -> String {
     let n = seeds as f64;
     format!(
         "relMSE {:.3e} uniform, {:.3e} adaptive: {:.2} times less; CPU time of a sample {:.3} times; error per second {:.2} times better; \
-         the reference's {:.1e}",
+         where the error is in {adaptive_ones} of {seeds}; the reference's {:.1e}",
         uniform / n,
         adaptive / n,
         uniform / adaptive,

@@ -103,6 +103,9 @@ pub(super) fn tell(
         (Ended::Samples, Some(_)) => "all samples are taken",
         _ => return,
     };
+    if args.goal.is_adaptive() && !rendered.is_adaptive {
+        say(format_args!("every pixel has as many samples: sending them where the error is would not have paid"));
+    }
     let short = if is_short(args, rendered) { "; the target error is not reached" } else { "" };
     say(format_args!("{ended}{short}"));
 }

@@ -302,6 +302,10 @@ impl Record {
 /// What is wrong with a record that cannot be right.
 const CONTRADICTION: &str = "the record contradicts itself or the file";
 
+/// Why a render towards a target cannot go on.
+const ONE_SEQUENCE: &str = "it has one sequence of samples, the same number in every pixel, which cannot tell well enough when a \
+                            target is reached: it goes on with --adaptive only";
+
 fn missing(name: &str) -> String {
     format!("the channel {name} is missing")
 }
@@ -314,12 +318,16 @@ fn unfit_text(unfit: &Unfit) -> String {
     match unfit {
         Unfit::Missing(name) => missing(name),
         Unfit::Contradiction => CONTRADICTION.into(),
+        Unfit::OneSequence => ONE_SEQUENCE.into(),
     }
 }
 
 /// Why a render in passes cannot go on from a file.
 pub(super) fn unfit(path: &Path, unfit: &Unfit) -> Error {
-    unreadable(path, &unfit_text(unfit))
+    match unfit {
+        Unfit::OneSequence => Error::file(path, ONE_SEQUENCE),
+        _ => unreadable(path, &unfit_text(unfit)),
+    }
 }
 
 /// What every version of the record has.

@@ -35,6 +35,8 @@ pub(super) struct Stats<'a> {
     complete: bool,
     /// What ended it: samples, time, error, interrupted.
     ended_by: &'static str,
+    /// Whether samples went where the error is.
+    adaptive: bool,
     samples: u64,
     samples_per_pixel: f64,
     /// Estimated relative error of the picture, and the ends of its interval; nothing where there are too few samples.
@@ -162,6 +164,7 @@ impl<'a> Stats<'a> {
             render_seconds: rendered.time.as_secs_f64(),
             complete: rendered.is_complete(),
             ended_by: finish::ended_text(rendered.ended),
+            adaptive: rendered.is_adaptive,
             samples: rendered.samples,
             samples_per_pixel: rendered.samples as f64 / names.pixels as f64,
             estimated_error: error.map(|e| e.error),

@@ -119,6 +119,8 @@ pub struct Rendered {
     pub time: Duration,
     /// Why it ended.
     pub ended: Ended,
+    /// Whether samples went where the error is; else every pixel has the same number, but for what was left undone.
+    pub is_adaptive: bool,
     /// What its samples say of its error; nothing where there are too few.
     pub estimates: Option<Estimates>,
 }
@@ -359,7 +361,7 @@ impl<'a> Session<'a> {
             (false, true) if !self.progress.is_cancelled() => Ended::Time,
             _ => Ended::Stopped,
         };
-        Rendered { film: self.film, samples, rays, dropped, time, ended, estimates }
+        Rendered { film: self.film, samples, rays, dropped, time, ended, is_adaptive: false, estimates }
     }
 
     fn render_unit(&self, unit: u64) {

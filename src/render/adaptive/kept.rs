@@ -58,6 +58,8 @@ pub enum Unfit {
     Missing(String),
     /// It cannot be right.
     Contradiction,
+    /// Its samples are those of one sequence, the same number everywhere, which do not tell well enough when a target is reached.
+    OneSequence,
 }
 
 /// The picture that planes make if no filter mixes pixels and no paths are shared: for those who get files from strangers.
@@ -110,12 +112,15 @@ fn row_name(word: &str) -> String {
     format!("snell.tile.{word}")
 }
 
-/// Whether a unit may have so many samples.
-fn is_possible(samples: u32, waiting: bool) -> bool {
+/// Whether a unit may have so many samples; `alone` where the first sequence has no other.
+fn is_possible(sequence: usize, samples: u32, waiting: bool, alone: bool) -> bool {
     let most = 1 << MOST_LOG_SAMPLES;
-    match samples {
-        0 => waiting,
-        _ => samples.is_power_of_two() && (FEWEST..=most).contains(&samples) && !(waiting && samples == most),
+    match (samples, sequence) {
+        (0, 1) if alone => !waiting,
+        (0, _) => waiting,
+        _ => {
+            (alone || samples.is_power_of_two()) && (FEWEST..=most).contains(&samples) && !(waiting && samples == most)
+        }
     }
 }
 
@@ -164,11 +169,12 @@ impl Blocks {
         let vertices = planes_of(VERTICES, (size, 2 * units.len()), &plane)?;
         let row = |word: String| planes_of(&row_name(&word), (size, self.tile_pixels()), &plane);
         let rows = film.word_names().into_iter().map(row).collect::<Result<Vec<_>, _>>()?;
+        let word = |unit: &Unit| samples[unit.number() / size][unit.number() % size];
+        let alone = units.iter().all(|unit| unit.sequence == 0 || word(unit) == 0);
         let (mut first, mut taken, mut waiting) = (0, 0, Vec::new());
         for (i, unit) in units.into_iter().enumerate() {
-            let word = samples[i / size][i % size];
-            let (samples, waits) = (word & !WAITING, word & WAITING != 0);
-            if !is_possible(samples, waits) {
+            let (samples, waits) = (word(&unit) & !WAITING, word(&unit) & WAITING != 0);
+            if !is_possible(unit.sequence, samples, waits, alone) {
                 return Err(Unfit::Contradiction);
             }
             if waits {

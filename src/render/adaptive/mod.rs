@@ -25,6 +25,13 @@
 //! not below a small part of the mean. Where rare bright samples make the error, which shows in how much halves of the samples are
 //! surprised by each other, nobody knows where they will be next: then all blocks have the more of the mean, and in the end the same;
 //! but not where what one sequence says of the error would have helped against what the other says, as at the edge of a lamp.
+//!
+//! # Whether at all
+//!
+//! Two sequences are less evenly spread than one of as many samples, and where the error is, may be everywhere, or where time goes.
+//! So the first samples are X's alone. What half of their pixels say of the error is tried on the others: if samples by that would
+//! not make clearly less error in the same time, X goes on alone, with the same number everywhere, and the picture is that of a render
+//! without all this. Not so with a target, for which it takes two to tell when it is reached.
 
 mod block;
 mod kept;
@@ -33,12 +40,12 @@ mod plan;
 pub use kept::{Earlier, Passes, Unfit, put_together};
 
 use super::{Done, Ended, Progress, Reached, RenderSettings, Rendered, State, empty_film};
-use crate::error_estimate::{Estimates, Parts};
+use crate::error_estimate::{Estimates, Parts, PictureError};
 use crate::film::Film;
 use crate::integrator::Work;
 use crate::integrator::aov::Aovs;
 use crate::scene::Scene;
-use block::{Blocks, FEWEST, SEQUENCES};
+use block::{Blocks, FEWEST, MOST_LOG_SAMPLES, SEQUENCES, Step};
 use plan::Unit;
 use rayon::ThreadPool;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -73,6 +80,26 @@ const NEAR_TARGET: f64 = 1.25;
 /// Looks between a number of samples and twice that may be wrong as often as so many independent ones: they share most samples.
 const LOOKS_A_DOUBLING: f64 = 2.0;
 
+/// A pass of one sequence that would not add so large a part of the samples there are, is not begun for what time is left.
+const LEAST_GROWTH: f64 = 1.0 / 16.0;
+
+/// How long between two estimates that are only shown.
+const LOOK_INTERVAL: Duration = Duration::from_millis(500);
+
+/// How much of its time such a render plans to use: threads do not end together.
+const PLANNED_TIME: f64 = 0.98;
+
+/// How samples are dealt out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    /// To one sequence, of which the first are to tell whether it pays to do otherwise.
+    Trying,
+    /// To two, where the error is.
+    Adaptive,
+    /// To one, the same number everywhere.
+    Even,
+}
+
 /// When a render ends: at whichever is reached first.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
@@ -105,8 +132,11 @@ pub struct AdaptiveSession<'a> {
     /// Without samples: it knows which pixels there are.
     film: Film,
     blocks: Arc<Blocks>,
-    /// What the pass that has begun is still to double.
+    mode: Mode,
+    /// What is still to go on in the pass that has begun.
     waiting: Vec<Unit>,
+    /// How many samples one that has some has after it, if that is less than double.
+    most: u32,
     /// How many samples there were when the estimate came near the target.
     near: Option<u64>,
     estimates: Estimates,
@@ -142,18 +172,21 @@ impl<'a> AdaptiveSession<'a> {
     ) -> Self {
         let film = empty_film(scene, settings.clamp, aovs);
         let blocks = Blocks::new(&film, settings.integrator.shares(scene));
-        let area = film.area();
+        let mode = if limits.error.is_some() { Mode::Adaptive } else { Mode::Trying };
+        let waiting = if mode == Mode::Adaptive { blocks.all_units() } else { blocks.units_of(0) };
         Self {
             scene,
             settings,
             aovs,
             limits,
             progress,
+            estimates: nothing_known(&film, mode),
             film,
-            waiting: blocks.all_units(),
+            mode,
+            waiting,
+            most: u32::MAX,
             blocks: Arc::new(blocks),
             near: None,
-            estimates: Estimates::new(area.width, area.height, Parts::Replicates),
             done: Mutex::default(),
             out_of_time: AtomicBool::new(false),
             ended: Ended::Stopped,
@@ -169,6 +202,11 @@ impl<'a> AdaptiveSession<'a> {
         }
         // Nobody else has them yet.
         let waiting = Arc::get_mut(&mut self.blocks).ok_or(Unfit::Contradiction)?.resume(earlier, plane)?;
+        self.mode = self.mode_of(&waiting)?;
+        if self.mode == Mode::Even {
+            self.most = self.most_of_one();
+        }
+        self.estimates = nothing_known(&self.film, self.mode);
         self.film.add_dropped(&earlier.film.dropped());
         let &Earlier { near, done, time, .. } = earlier;
         self.progress.resume(&done);
@@ -180,28 +218,97 @@ impl<'a> AdaptiveSession<'a> {
         self.progress.started.store(true, Ordering::Relaxed);
         // Whatever an earlier run knew of them, it is as good as new.
         let mut changed: BTreeSet<usize> = (0..self.blocks.all.len()).collect();
+        let mut looked = Instant::now();
         self.ended = loop {
             self.pass(pool, &mut changed, keeping.as_deref_mut());
-            self.estimate(pool, &changed);
-            changed.clear();
-            let known = self.estimates.whole(self.limits.confidence);
-            self.progress.set_error(known.error);
+            // Where nothing is decided by it, it is only shown.
+            let known = (self.mode != Mode::Even || looked.elapsed() >= LOOK_INTERVAL).then(|| {
+                looked = Instant::now();
+                self.look(pool, &mut changed)
+            });
             if self.progress.is_cancelled() {
                 break Ended::Stopped;
             }
             if self.out_of_time.load(Ordering::Relaxed) {
                 break Ended::Time;
             }
-            let left = self.left_to_target(known.error);
-            if left.is_some_and(|left| left >= 1.0) {
-                break Ended::Error;
-            }
-            let left = left.unwrap_or(0.0).min(MOST_LEFT);
-            self.waiting = self.blocks.plan((&self.film, &self.estimates, known.surprise), (self.room(), left));
-            if self.waiting.is_empty() {
-                break Ended::Samples;
+            if let Some(ended) = self.plan(known) {
+                break ended;
             }
         };
+        if !changed.is_empty() {
+            self.look(pool, &mut changed);
+        }
+    }
+
+    /// Estimates the error after the blocks `changed` got more samples, and tells whoever looks at the progress.
+    fn look(&mut self, pool: &ThreadPool, changed: &mut BTreeSet<usize>) -> PictureError {
+        self.estimate(pool, changed);
+        changed.clear();
+        let known = self.estimates.whole(self.limits.confidence);
+        self.progress.set_error(known.error);
+        known
+    }
+
+    /// Decides what the next pass takes, or that there is none; `known` if anything is to be decided.
+    fn plan(&mut self, known: Option<PictureError>) -> Option<Ended> {
+        match (self.mode, known) {
+            (Mode::Trying, Some(known)) if self.blocks.pays((&self.film, &self.estimates, known.surprise)) => {
+                self.mode = Mode::Adaptive;
+                self.estimates = nothing_known(&self.film, self.mode);
+                self.waiting = self.blocks.units_of(1);
+                None
+            }
+            (Mode::Adaptive, Some(known)) => {
+                let left = self.left_to_target(known.error);
+                if left.is_some_and(|left| left >= 1.0) {
+                    return Some(Ended::Error);
+                }
+                let left = left.unwrap_or(0.0).min(MOST_LEFT);
+                self.waiting = self.blocks.plan((&self.film, &self.estimates, known.surprise), (self.room(), left));
+                self.waiting.is_empty().then_some(Ended::Samples)
+            }
+            _ => {
+                self.mode = Mode::Even;
+                self.plan_evenly()
+            }
+        }
+    }
+
+    /// The same with one sequence: its samples are doubled, or as many more as there may be, and as there is time for.
+    fn plan_evenly(&mut self) -> Option<Ended> {
+        let (taken, wanted) = (self.blocks.most_of_one(), self.most_of_one());
+        if taken >= wanted {
+            return Some(Ended::Samples);
+        }
+        let elapsed = self.time().as_secs_f64();
+        let in_time = |limit: Duration| f64::from(taken) * PLANNED_TIME * limit.as_secs_f64() / elapsed;
+        let in_time = self.limits.time.map_or(f64::INFINITY, in_time);
+        if in_time < f64::from(wanted) && in_time < (1.0 + LEAST_GROWTH) * f64::from(taken) {
+            return Some(Ended::Time);
+        }
+        // No less than one more.
+        self.most = wanted.min((in_time as u32).max(taken + 1));
+        let end = self.most.min(2 * taken);
+        self.waiting = self.blocks.units_of(0);
+        self.waiting.retain(|unit| self.blocks.all[unit.block].samples(0) < u64::from(end));
+        None
+    }
+
+    /// The most samples that one sequence may have.
+    fn most_of_one(&self) -> u32 {
+        self.limits.samples.unwrap_or(u32::MAX).min(1 << MOST_LOG_SAMPLES)
+    }
+
+    /// How a render stands that goes on with these units.
+    fn mode_of(&self, waiting: &[Unit]) -> Result<Mode, Unfit> {
+        let is_alone = self.blocks.has_one_sequence() && waiting.iter().all(|unit| unit.sequence == 0);
+        match is_alone {
+            false => Ok(Mode::Adaptive),
+            true if self.limits.error.is_some() => Err(Unfit::OneSequence),
+            true if self.blocks.most_of_one() <= self.step().first => Ok(Mode::Trying),
+            true => Ok(Mode::Even),
+        }
     }
 
     /// Takes the samples of a pass, until it is cancelled or time is up; adds the blocks that have more than before to `changed`.
@@ -237,11 +344,11 @@ impl<'a> AdaptiveSession<'a> {
         self.before + self.start.elapsed()
     }
 
-    /// How many samples each sequence takes before anything is decided: a power of two.
-    fn first_samples(&self) -> u32 {
+    /// How sequences go on: first by a power of two of samples, before anything is decided.
+    fn step(&self) -> Step {
         let all =
             self.limits.samples.map_or(FIRST_SAMPLES, |most| most / FIRST_PART).clamp(FEWEST_SAMPLES, FIRST_SAMPLES);
-        1 << (all / SEQUENCES as u32).ilog2()
+        Step { first: 1 << (all / SEQUENCES as u32).ilog2(), most: self.most }
     }
 
     /// How many samples, over all pixels, the next pass should take at most, and how many there may be at all.
@@ -274,17 +381,17 @@ impl<'a> AdaptiveSession<'a> {
     /// Takes samples of the units that wait, until they are all done, it is cancelled, time is up, or the state is to be kept, but of
     /// some in any case; returns the blocks that have more than before.
     fn take(&mut self, pool: &ThreadPool, keeping: Option<&dyn Keeping>) -> BTreeSet<usize> {
-        let (own, first) = (&*self, self.first_samples());
+        let (own, step) = (&*self, self.step());
         let (left, changed) = (Mutex::new(own.waiting.as_slice()), Mutex::new(BTreeSet::new()));
         pool.broadcast(|_| {
             while !own.progress.is_cancelled() {
                 // A statement of its own: in the condition the lock would be held while samples are taken.
-                let batch = own.next_batch(&mut lock(&left), first);
+                let batch = own.next_batch(&mut lock(&left), step);
                 if batch.is_empty() {
                     break;
                 }
                 let take = |work: &mut [Work<'_>]| super::take_samples(own.scene, own.settings, own.aovs, work);
-                let done = own.blocks.batch(batch).double(first, take);
+                let done = own.blocks.batch(batch).go_on(step, take);
                 *lock(&own.done) += done;
                 own.progress.count(&done);
                 lock(&changed).extend(batch.iter().map(|unit| unit.block));
@@ -299,15 +406,15 @@ impl<'a> AdaptiveSession<'a> {
     }
 
     /// Takes as many of the units that are left as make a batch; none where there is no time for them.
-    fn next_batch<'u>(&self, left: &mut &'u [Unit], first: u32) -> &'u [Unit] {
+    fn next_batch<'u>(&self, left: &mut &'u [Unit], step: Step) -> &'u [Unit] {
         let (mut samples, mut count) = (0, 0);
         while samples < BATCH
             && let Some(&unit) = left.get(count)
         {
-            (samples, count) = (samples + self.blocks.cost(unit, first), count + 1);
+            (samples, count) = (samples + self.blocks.cost(unit, step), count + 1);
         }
         let (batch, rest) = left.split_at(count);
-        if !self.has_time_for(batch, first) {
+        if !self.has_time_for(batch, step) {
             return &[];
         }
         *left = rest;
@@ -315,12 +422,12 @@ impl<'a> AdaptiveSession<'a> {
     }
 
     /// Whether a batch may begin: the first samples always, later ones if they may be done in time.
-    fn has_time_for(&self, batch: &[Unit], first: u32) -> bool {
+    fn has_time_for(&self, batch: &[Unit], step: Step) -> bool {
         let taken = self.done().samples;
         let is_first = |unit: &Unit| self.blocks.all[unit.block].samples(unit.sequence) == 0;
         let has_limit = !batch.is_empty() && !batch.iter().any(is_first);
         let Some(limit) = self.limits.time.filter(|_| has_limit) else { return true };
-        let more: u64 = batch.iter().map(|&unit| self.blocks.cost(unit, first)).sum();
+        let more: u64 = batch.iter().map(|&unit| self.blocks.cost(unit, step)).sum();
         let threads = rayon::current_num_threads() as f64;
         let needed = self.time().as_secs_f64() * (1.0 + threads * more as f64 / taken.max(1) as f64);
         let has = needed <= limit.as_secs_f64();
@@ -336,7 +443,8 @@ impl<'a> AdaptiveSession<'a> {
             changed.iter().flat_map(|&block| self.blocks.reaching(&self.film, block)).collect();
         let reached: Vec<usize> = reached.into_iter().collect();
         let whole = self.film.area();
-        let of_block = |&block: &usize| (block, self.blocks.pixel_estimates(&self.film, block));
+        let parts = parts(self.mode);
+        let of_block = |&block: &usize| (block, self.blocks.pixel_estimates(&self.film, block, parts));
         let new: Vec<_> = pool.install(|| reached.par_iter().map(of_block).collect());
         for (block, pixels) in new {
             let area = self.blocks.all[block].bounds.intersection(whole);
@@ -356,9 +464,25 @@ impl<'a> AdaptiveSession<'a> {
         let (Done { samples, rays }, time, ended) = (self.done(), self.time(), self.ended);
         let film = self.blocks.put_together(self.film);
         let dropped = film.dropped();
-        let has_all = self.blocks.all.iter().all(|block| (0..SEQUENCES).all(|s| block.samples(s) > 0));
-        Rendered { film, samples, rays, dropped, time, ended, estimates: has_all.then_some(self.estimates) }
+        let is_adaptive = self.mode == Mode::Adaptive;
+        let sequences = if is_adaptive { SEQUENCES } else { 1 };
+        let has_all = self.blocks.all.iter().all(|block| (0..sequences).all(|s| block.samples(s) > 0));
+        let estimates = has_all.then_some(self.estimates);
+        Rendered { film, samples, rays, dropped, time, ended, is_adaptive, estimates }
     }
+}
+
+fn parts(mode: Mode) -> Parts {
+    match mode {
+        Mode::Trying | Mode::Even => Parts::Halves,
+        Mode::Adaptive => Parts::Replicates,
+    }
+}
+
+/// Estimates of a film's pixels before any is made.
+fn nothing_known(film: &Film, mode: Mode) -> Estimates {
+    let area = film.area();
+    Estimates::new(area.width, area.height, parts(mode))
 }
 
 /// A thread that panicked left nothing half done behind this.
