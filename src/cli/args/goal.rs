@@ -17,7 +17,7 @@ pub(in crate::cli) struct GoalArgs {
     /// How certain the error's interval is, and that the target is reached.
     #[arg(long, value_name = "P", default_value = "95%", value_parser = confidence)]
     pub(in crate::cli) confidence: f64,
-    /// Take samples where the error is: --spp is then their mean number.
+    /// Take samples where the error is, if that promises to pay: --spp is then their mean number.
     #[arg(long)]
     pub(in crate::cli) adaptive: bool,
 }

@@ -25,7 +25,7 @@ const VERTICES: &str = "snell.vertices";
 
 /// How far a render in passes is: its blocks, as long as they stay as they are.
 pub struct Passes {
-    /// How many samples there were, over all pixels, when the estimate came near the target.
+    /// How many samples there were, over all pixels, when the estimate first was below the target.
     pub near: Option<u64>,
     pub(super) blocks: Arc<Blocks>,
     /// Units that the pass which has begun is still to double.

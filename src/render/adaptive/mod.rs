@@ -74,11 +74,12 @@ const GROWTH: f64 = 0.5;
 /// What part of the squared error a pass towards a target may leave: were it all, there would be no end.
 const MOST_LEFT: f64 = 0.95;
 
-/// From when an estimate is below so many times the target on, a look at it may end the render.
-const NEAR_TARGET: f64 = 1.25;
+/// Looks between a number of samples and twice that may be wrong as often as so many independent ones: they share most samples, and the
+/// error itself falls meanwhile, so that later ones have less to be wrong about.
+const LOOKS_A_DOUBLING: f64 = 1.5;
 
-/// Looks between a number of samples and twice that may be wrong as often as so many independent ones: they share most samples.
-const LOOKS_A_DOUBLING: f64 = 2.0;
+/// What part of the probability to be wrong the looks of the first doubling have: hardly any render needs more of them.
+const FIRST_DOUBT: f64 = 0.8;
 
 /// A pass of one sequence that would not add so large a part of the samples there are, is not begun for what time is left.
 const LEAST_GROWTH: f64 = 1.0 / 16.0;
@@ -137,7 +138,7 @@ pub struct AdaptiveSession<'a> {
     waiting: Vec<Unit>,
     /// How many samples one that has some has after it, if that is less than double.
     most: u32,
-    /// How many samples there were when the estimate came near the target.
+    /// How many samples there were when the estimate first was below the target.
     near: Option<u64>,
     estimates: Estimates,
     done: Mutex<Done>,
@@ -360,19 +361,21 @@ impl<'a> AdaptiveSession<'a> {
     }
 
     /// What part of the squared error, which is the square of `error`, may be left: 1 or more where it is below the target with the confidence asked for, however
-    /// often it was looked at since it was `near` the target, with how many samples. The looks of the k-th doubling since
-    /// then may be wrong with the probability 6/π²k² of all that may be.
+    /// often it was looked at since the estimate first was below the target; before, no look can end anything. The looks of the
+    /// first doubling of the samples since then may be wrong with the part [`FIRST_DOUBT`] of the probability there is for it, those of
+    /// the k-th one after it with the part 6/π²k² of the rest.
     fn left_to_target(&mut self, error: f64) -> Option<f64> {
         let target = self.limits.error?;
         let estimates = &self.estimates;
-        if error > NEAR_TARGET * target && self.near.is_none() {
+        if error > target && self.near.is_none() {
             let left = target / error;
             return Some(left * left);
         }
         let taken = self.done().samples;
         let since = *self.near.get_or_insert(taken);
-        let k = PI * (1.0 + libm::log2(taken as f64 / since as f64)).ceil();
-        let doubt = (1.0 - self.limits.confidence) * 6.0 / (k * k) / LOOKS_A_DOUBLING;
+        let later = libm::log2(taken as f64 / since as f64).ceil() - 1.0;
+        let part = if later < 1.0 { FIRST_DOUBT } else { (1.0 - FIRST_DOUBT) * 6.0 / (PI * later * (PI * later)) };
+        let doubt = (1.0 - self.limits.confidence) * part / LOOKS_A_DOUBLING;
         // Only the upper end counts.
         let high = estimates.whole(1.0 - 2.0 * doubt).interval.high;
         Some(if high > 0.0 { (target / high) * (target / high) } else { 1.0 })
