@@ -504,6 +504,9 @@ fn segments_within_a_triangle_are_free() {
         accel.occluded_between(&segments, &ends, &mut hidden);
         assert_eq!(hits.iter().filter(|hit| hit.is_some()).count(), 0, "{which:?}");
         assert_eq!(hidden.iter().filter(|hidden| **hidden).count(), 0, "{which:?}");
+        if let Some(counts) = accel.comparison() {
+            assert_eq!((counts.rays, counts.examples.len(), counts.ties), (100_000, 0, 0), "{counts:?}");
+        }
     }
 }
 

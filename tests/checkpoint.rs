@@ -153,6 +153,32 @@ fn a_killed_adaptive_render_goes_on_to_the_same_bits() {
     }
 }
 
+/// A render of one sequence that time ended goes on to what it would have been, whatever numbers its passes had.
+#[test]
+fn an_even_render_goes_on_where_time_ended_it() {
+    let everything = "--aov=albedo,normal,depth,primitive,samples,error";
+    let common =
+        ["render", "filtered.xml", "--size=21x26", "--spp=3000", "-q", "--adaptive", everything, "--stats=s.json"];
+    let desk = Desk::new();
+    filtered(&desk);
+    let stats = || -> serde_json::Value { serde_json::from_slice(&fs::read(desk.path("s.json")).unwrap()).unwrap() };
+    desk.succeeds(&[&common[..], &["-o", "whole.exr"]].concat());
+    let all = stats()["samples"].as_u64().unwrap();
+    let kept = [&common[..], &["--checkpoint=c.snell", "--resume", "-o", "resumed.exr"]].concat();
+    let mut taken = Vec::new();
+    for time in ["--time=0.02", "--time=0.05", "--time=0.1"] {
+        desk.succeeds(&[&kept[..], &[time]].concat());
+        let stats = stats();
+        assert_eq!((&stats["adaptive"], stats["complete"].as_bool()), (&false.into(), Some(true)), "{stats}");
+        taken.push(stats["samples"].as_u64().unwrap());
+    }
+    assert!(taken.is_sorted() && taken[0] > 0 && taken[0] < all, "{taken:?} of {all}");
+    desk.succeeds(&kept);
+    assert_eq!((stats()["samples"].as_u64(), &stats()["ended_by"]), (Some(all), &"samples".into()));
+    let whole = bits(&desk, "whole.exr");
+    assert!(whole.len() >= 9 && whole == bits(&desk, "resumed.exr"), "{taken:?}");
+}
+
 #[test]
 fn an_adaptive_checkpoint_goes_on_to_a_lower_target_and_serves_no_other_render() {
     let desk = Desk::new();
@@ -179,10 +205,10 @@ fn an_adaptive_checkpoint_goes_on_to_a_lower_target_and_serves_no_other_render()
     };
     refuses(&["--target-error=1%", "--seed=9"], "seed: 0, not 9");
     refuses(&["--target-error=1%", "--spp=64"], "spp: no limit, not 64");
-    refuses(&["--spp=64"], "its samples go where the error is: it goes on with --adaptive or --target-error only");
+    refuses(&["--spp=64"], "it is of --adaptive or --target-error, and goes on with these only");
     desk.refuses(
         &["merge", "c.exr", "-o", "m.exr"],
-        &["c.exr: this is no part of a picture: it is of a render whose samples go where the error is"],
+        &["c.exr: this is no part of a picture: it is of a render with --adaptive or --target-error"],
     );
     // Whatever is claimed is checked.
     falsify(&desk, "c.exr", r#""taken":"#, r#""taken":9"#);

@@ -5,7 +5,9 @@
 //! * `interval`: renders of NUMBER samples per pixel: how often the 95 % interval has the true error, and how far the estimate is off;
 //! * `target`: renders to a relative error of NUMBER: how often that is true, and how many samples more than needed it took;
 //! * `gain`: NUMBER samples per pixel, where the error is against the same for all: error and CPU time of both;
-//! * `bias`: the mean of many renders of NUMBER samples per pixel against that of as many with even numbers, and the reference.
+//! * `bias`: the mean of many renders of two sequences and NUMBER samples per pixel against that of as many with even numbers, and
+//!   the reference;
+//! * `choice`: the same with one sequence where that promises more.
 //!
 //! SIZE is the edge of the picture in pixels. References are kept in FOLDER, as `NAME-SIZE.reference`. The last line printed begins
 //! with `RESULT`.
@@ -25,6 +27,7 @@ use snell::integrator::{Estimator, Undecided};
 use snell::render::adaptive::{Limits, render_adaptively};
 use snell::render::{Ended, Progress, RenderSettings, Rendered, render};
 use snell::scene::Scene;
+use std::cell::Cell;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -50,7 +53,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let result = match words[..] {
         [command, scene, size, number, seeds, folder] => run(command, (scene, size), (number, seeds), folder),
-        _ => Err("expected interval, target, gain or bias, and SCENE SIZE NUMBER SEEDS FOLDER".into()),
+        _ => Err("expected interval, target, gain, bias or choice, and SCENE SIZE NUMBER SEEDS FOLDER".into()),
     };
     match result {
         Ok(text) => {
@@ -71,7 +74,8 @@ fn run(command: &str, (scene, size): (&str, &str), (number, seeds): (&str, &str)
         "interval" => interval(&stage, number as u32, seeds),
         "target" => target(&stage, number, seeds),
         "gain" => gain(&stage, number as u32, seeds),
-        "bias" => bias(&stage, number as u32, seeds),
+        "bias" => bias(&stage, (number as u32, &counted_towards_target(number as u32)), seeds),
+        "choice" => bias(&stage, (number as u32, &counted(number as u32)), seeds),
         other => return Err(format!("no '{other}' here").into()),
     })
 }
@@ -242,16 +246,24 @@ fn gain(stage: &Stage, samples: u32, seeds: u64) -> String {
     )
 }
 
-fn bias(stage: &Stage, samples: u32, seeds: u64) -> String {
+fn bias(stage: &Stage, (samples, limits): (u32, &Limits), seeds: u64) -> String {
     let means = |render: &dyn Fn(u64) -> Rendered| {
         let pictures = (0..seeds).map(|seed| stage.reference.tile_means(render(seed).film.develop().pixels()));
         Means::of(pictures)
     };
-    let uneven = means(&|seed| stage.adaptive(&counted(samples), seed));
+    let adaptive_ones = Cell::new(0);
+    let uneven = means(&|seed| {
+        let rendered = stage.adaptive(limits, seed);
+        adaptive_ones.set(adaptive_ones.get() + u64::from(rendered.is_adaptive));
+        rendered
+    });
     let even = means(&|seed| stage.uniform(samples, seed + seeds));
-    format!("uneven numbers against even ones: {}; against the reference: {}", uneven.against(&even), {
+    format!(
+        "uneven numbers (in {} of {seeds}) against even ones: {}; against the reference: {}",
+        adaptive_ones.get(),
+        uneven.against(&even),
         uneven.against(&stage.reference.means())
-    })
+    )
 }
 
 fn quantile(values: &mut [f64], part: f64) -> f64 {

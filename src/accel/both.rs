@@ -62,8 +62,9 @@ impl Both {
         }
     }
 
-    /// What is in the way for the one who says that something is, our own or Embree. If that is what the ray ends on, which the
-    /// search for the closest is not told of, the oracle must say what there is else.
+    /// What is in the way for the one who says that something is, our own or Embree. Who finds nothing when asked for the closest, or
+    /// what the ray ends on, which that search is not told of, lets the oracle say what there is. If there is nothing, it is what the
+    /// ray starts on: a false hit.
     fn witness(&self, ray: &Ray, ends: [Hit; 2], native: bool) -> Hit {
         let (mut hit, start) = ([Hit::NONE], [ends[0]]);
         if native {
@@ -71,10 +72,10 @@ impl Both {
         } else {
             self.embree.closest_hits(&[*ray], Start::Primitives(&start), &mut hit);
         }
-        if !ends.contains(&hit[0]) {
+        if hit[0].is_some() && !ends.contains(&hit[0]) {
             return hit[0];
         }
-        oracle::closest_but(self.embree.shapes(), ray, &ends).map_or(hit[0], |(other, _)| other)
+        oracle::occluder(self.embree.shapes(), ray, &ends).unwrap_or(if hit[0].is_some() { hit[0] } else { ends[0] })
     }
 
     fn judge(&self, (ray, any): (&Ray, bool), ends: [Hit; 2], embree: Hit, native: Hit) {

@@ -94,7 +94,20 @@ pub fn occluded(shapes: &[Shape], ray: &Ray) -> bool {
 
 /// Whether the ray meets anything but what is `left_out`, or passes so near that it may be said to.
 pub fn may_be_occluded(shapes: &[Shape], ray: &Ray, left_out: &[Hit]) -> bool {
-    ids(shapes, left_out).any(|hit| contact(shapes, hit, ray) != Contact::Miss)
+    occluder(shapes, ray, left_out).is_some()
+}
+
+/// What that is: something that the ray meets for certain, if there is such.
+pub fn occluder(shapes: &[Shape], ray: &Ray, left_out: &[Hit]) -> Option<Hit> {
+    let mut on_rim = None;
+    for hit in ids(shapes, left_out) {
+        match contact(shapes, hit, ray) {
+            Contact::Inside(..) => return Some(hit),
+            Contact::Rim(..) => on_rim = on_rim.or(Some(hit)),
+            Contact::Miss => {}
+        }
+    }
+    on_rim
 }
 
 /// All primitives but those that are left out.
@@ -320,6 +333,9 @@ pub enum Standing {
 pub fn standing(shapes: &[Shape], ray: &Ray, left_out: &[Hit], truth: Hit, answer: Hit) -> Standing {
     if answer == truth {
         return Standing::Same;
+    }
+    if answer.is_some() && left_out.contains(&answer) {
+        return Standing::False;
     }
     match verdict(shapes, ray, left_out, truth, answer) {
         Verdict::NativeFalse => return Standing::False,

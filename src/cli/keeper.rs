@@ -93,7 +93,7 @@ impl<'a> Keeper<'a> {
             let kind = if adaptive {
                 "it has as many samples in every pixel: it cannot go on with --adaptive or --target-error"
             } else {
-                "its samples go where the error is: it goes on with --adaptive or --target-error only"
+                "it is of --adaptive or --target-error, and goes on with these only"
             };
             return Err(Error::file(self.path, format!("{other}: {kind}")));
         }

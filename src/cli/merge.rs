@@ -59,7 +59,7 @@ pub(super) fn run(args: &MergeArgs, command: &str) -> Result<ExitCode> {
 fn read(path: &PathBuf) -> Result<Part> {
     let (record, sums) = Record::open(path)?;
     if record.is_adaptive() {
-        let message = "this is no part of a picture: it is of a render whose samples go where the error is";
+        let message = "this is no part of a picture: it is of a render with --adaptive or --target-error";
         return Err(Error::file(path, message));
     }
     Ok(Part { state: record.state(path, &sums)?, path: path.clone(), record })

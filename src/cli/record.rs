@@ -73,7 +73,7 @@ impl Identity {
 struct Passes {
     /// The target that it was to reach, if there was one.
     target: Option<String>,
-    /// How many samples there were when the estimate came near that.
+    /// How many samples there were when the estimate first was below that.
     near: Option<u64>,
 }
 

@@ -383,14 +383,15 @@ impl Estimates {
         (sum / count.max(1) as f64).sqrt()
     }
 
-    /// The mean squared error of half of an area's pixels, each relative to its own radiance: those of a chessboard's one colour.
-    pub fn of_colour(&self, area: Area, colour: usize, darkness: f64) -> f64 {
+    /// The mean squared error of half of an area's pixels, each relative to its own radiance: those of a chessboard's one colour, if
+    /// there are any.
+    pub fn of_colour(&self, area: Area, colour: usize, darkness: f64) -> Option<f64> {
         let is_meant = |i: &usize| (i % self.width + i / self.width) % 2 == colour;
         let (mut sum, mut count) = (0.0, 0usize);
         for i in self.indices(area).filter(is_meant) {
             (sum, count) = (sum + self.pixels[i].relative(darkness), count + 1);
         }
-        sum / count.max(1) as f64
+        (count > 0).then(|| sum / count as f64)
     }
 
     /// The mean over an area's pixels of [`PixelEstimate::of_replicate`].

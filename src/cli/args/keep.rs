@@ -15,7 +15,8 @@ pub(in crate::cli) struct KeepArgs {
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = humantime::parse_duration, requires = "checkpoint")]
     pub(in crate::cli) checkpoint_interval: Duration,
     /// Go on from the checkpoint, to the same bits as without a stop; from the beginning where there is none yet. A target error, its
-    /// confidence and, with --adaptive or --target-error, the time may be others than before: to a lower target it goes on from there.
+    /// confidence and, with --adaptive or --target-error, the time may be others than before: to a lower target it goes on from there, but
+    /// to none from --adaptive where that took as many samples everywhere.
     #[arg(long, requires = "checkpoint")]
     pub(in crate::cli) resume: bool,
     /// Take the I-th of N equal parts of each pixel's samples, and write sums that `merge` puts together.

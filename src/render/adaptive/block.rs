@@ -35,17 +35,26 @@ pub(super) const MOST_LOG_SAMPLES: u32 = 29;
 /// How sequences go on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// How many samples those take that have none.
+    /// How many samples those take that have none: a power of two.
     pub(super) first: u32,
-    /// How many those have in the end that have some, if that is less than double.
-    pub(super) most: u32,
+    /// How many those have in the end that have some, if not double.
+    pub(super) end: Option<u32>,
 }
 
 impl Step {
     /// How many samples a sequence has after it that had so many before.
     fn end(self, samples: u32) -> u32 {
-        if samples == 0 { self.first } else { (2 * samples).min(self.most).max(samples) }
+        match (samples, self.end) {
+            (0, _) => self.first,
+            (_, Some(end)) => end.max(samples),
+            (_, None) => 2 * samples,
+        }
     }
+}
+
+/// Where the later half of so many samples begins, at least 2: at the largest power of two below, however many came at a time.
+fn middle(samples: u32) -> u32 {
+    1 << (samples - 1).ilog2()
 }
 
 /// Some pixels, each of which has the same number of samples.
@@ -57,7 +66,7 @@ pub(super) struct Block {
 
 /// The samples of one sequence.
 struct Sequence {
-    /// A power of two, or none.
+    /// A power of two, or none; any number where it is alone.
     samples: u32,
     /// How many vertices their paths had, over all pixels.
     vertices: u64,
@@ -100,13 +109,14 @@ impl Batch<'_> {
             let Sequence { samples, vertices, halves: [earlier, later] } = &mut **own;
             let before = work.len();
             let end = step.end(*samples);
-            let middle = if *samples == 0 { end / 2 } else { *samples };
-            if *samples == 0 {
-                work.push(Work::new(start..start + middle, earlier));
-            } else {
+            let middle = middle(end);
+            if *samples <= middle {
                 earlier.absorb(later);
             }
-            work.push(Work::new(start + middle..start + end, later));
+            if *samples < middle {
+                work.push(Work::new(start + *samples..start + middle, earlier));
+            }
+            work.push(Work::new(start + middle.max(*samples)..start + end, later));
             counters.push((work.len() - before, vertices));
             *samples = end;
         }
@@ -235,9 +245,10 @@ impl Blocks {
         self.all.iter().all(|block| block.samples(1) == 0)
     }
 
-    /// The most samples that any block has of the first sequence.
-    pub(super) fn most_of_one(&self) -> u32 {
-        self.all.iter().map(|block| block.sequence(0).samples).max().unwrap_or(0)
+    /// The fewest and the most samples that any block has of the first sequence.
+    pub(super) fn range_of_one(&self) -> [u32; 2] {
+        let samples = || self.all.iter().map(|block| block.sequence(0).samples);
+        [samples().min().unwrap_or(0), samples().max().unwrap_or(0)]
     }
 
     /// The film with all samples.

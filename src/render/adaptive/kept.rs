@@ -3,7 +3,7 @@
 //! The pixels of all tiles come one after another, block by block, in each the halves of both sequences; as borders overlap, they are
 //! more than the picture has. The words of which a pixel consists ([`Film::word_names`]) are rows of numbers, each cut into as many
 //! planes of the picture's size as it takes: `snell.tile.sum.R.0.0` has the lowest bits of the first pixels' red. Another row,
-//! `snell.samples.0` and so on, has the number of samples of every unit, and whether the pass that has begun is still to double it; a
+//! `snell.samples.0` and so on, has the number of samples of every unit, and whether it is still to go on in the pass that has begun; a
 //! third, `snell.vertices.0` and so on, those of their paths' vertices, the lower half of each number and then the upper one.
 
 use super::block::{Blocks, FEWEST, MOST_LOG_SAMPLES};
@@ -14,7 +14,7 @@ use crate::render::Done;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Set in the number of samples of a unit that is still to be doubled.
+/// Set in the number of samples of a unit that is still to go on.
 const WAITING: u32 = 1 << 31;
 
 /// The row of numbers of samples.
@@ -28,7 +28,7 @@ pub struct Passes {
     /// How many samples there were, over all pixels, when the estimate first was below the target.
     pub near: Option<u64>,
     pub(super) blocks: Arc<Blocks>,
-    /// Units that the pass which has begun is still to double.
+    /// Units that are still to go on in the pass that has begun.
     pub(super) waiting: Vec<Unit>,
 }
 
@@ -250,6 +250,35 @@ mod tests {
         assert_eq!(waits, waiting);
         assert_eq!(back.to_planes(&film(), &waiting), planes);
         assert_eq!(back.put_together(film()).to_planes(), blocks.put_together(film()).to_planes());
+    }
+
+    /// Any number is right for a sequence without another, and some may wait.
+    #[test]
+    fn a_lone_sequence_comes_back() {
+        let mut blocks = Blocks::new(&film(), false);
+        let units = blocks.units_of(0);
+        let mut taken = 0;
+        for (samples, &unit) in (12..).zip(&units) {
+            taken += u64::from(samples) * blocks.all[unit.block].bounds.pixels();
+            blocks.set(unit, (samples, 40), &mut |tile: &mut Tile| {
+                let id = SampleId { x: tile.bounds().x, y: tile.bounds().y, index: 0 };
+                tile.add_sample_with(id, Rgb::new(0.3, 0.1, 0.2), || Vec2::splat(0.4), &[0.7]);
+            });
+        }
+        let planes = blocks.to_planes(&film(), &units[..1]);
+        let (back, waiting) = resumed(&planes, None, taken).unwrap();
+        assert_eq!(waiting, units[..1]);
+        assert_eq!(back.to_planes(&film(), &units[..1]), planes);
+        assert_eq!((back.has_one_sequence(), back.range_of_one()), (true, [12, 11 + units.len() as u32]));
+        // None without samples and not waiting, nor a second sequence beside such numbers.
+        for (unit, word) in
+            [(units[0], 0), (Unit { block: 0, sequence: 1 }, WAITING), (Unit { block: 0, sequence: 1 }, 4)]
+        {
+            let mut planes = planes.clone();
+            let PlaneValues::Whole(values) = &mut planes[0].values else { panic!("whole numbers") };
+            values[unit.number()] = word;
+            assert_eq!(resumed(&planes, None, taken).err(), Some(Unfit::Contradiction), "{unit:?} {word}");
+        }
     }
 
     #[test]

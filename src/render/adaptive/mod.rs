@@ -55,14 +55,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Samples a pixel before it is decided anything: enough for halves of halves that tell something.
+/// Samples a pixel before it is decided where more go: enough for halves of halves that tell something. Half of them, one sequence's,
+/// decide whether there is another.
 const FIRST_SAMPLES: u32 = 16;
 
 /// The fewest samples a pixel: two halves of two sequences.
 pub const FEWEST_SAMPLES: u32 = FEWEST * SEQUENCES as u32;
 
-/// What part of all samples may be taken before anything is decided.
+/// What part of all samples may be taken before it is decided where more go.
 const FIRST_PART: u32 = 4;
+
+/// There is no second sequence where there are not so many times the first samples of one, or not so many times their time: nothing
+/// would be left to take where the error is.
+const ROOM_FOR_TWO: u32 = 4;
 
 /// Samples that are taken at a time: some waves of paths.
 const BATCH: u64 = 4096;
@@ -81,14 +86,11 @@ const LOOKS_A_DOUBLING: f64 = 1.5;
 /// What part of the probability to be wrong the looks of the first doubling have: hardly any render needs more of them.
 const FIRST_DOUBT: f64 = 0.8;
 
-/// A pass of one sequence that would not add so large a part of the samples there are, is not begun for what time is left.
-const LEAST_GROWTH: f64 = 1.0 / 16.0;
-
 /// How long between two estimates that are only shown.
 const LOOK_INTERVAL: Duration = Duration::from_millis(500);
 
-/// How much of its time such a render plans to use: threads do not end together.
-const PLANNED_TIME: f64 = 0.98;
+/// A pass of one sequence that has to end in time adds this part of the samples there are, as in a render that is not adaptive.
+const TIMED_PART: u32 = 8;
 
 /// How samples are dealt out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,8 +138,8 @@ pub struct AdaptiveSession<'a> {
     mode: Mode,
     /// What is still to go on in the pass that has begun.
     waiting: Vec<Unit>,
-    /// How many samples one that has some has after it, if that is less than double.
-    most: u32,
+    /// How many samples those have after it that have some, if not double.
+    end: Option<u32>,
     /// How many samples there were when the estimate first was below the target.
     near: Option<u64>,
     estimates: Estimates,
@@ -185,7 +187,7 @@ impl<'a> AdaptiveSession<'a> {
             film,
             mode,
             waiting,
-            most: u32::MAX,
+            end: None,
             blocks: Arc::new(blocks),
             near: None,
             done: Mutex::default(),
@@ -202,10 +204,11 @@ impl<'a> AdaptiveSession<'a> {
             return Err(Unfit::Contradiction);
         }
         // Nobody else has them yet.
-        let waiting = Arc::get_mut(&mut self.blocks).ok_or(Unfit::Contradiction)?.resume(earlier, plane)?;
+        let mut waiting = Arc::get_mut(&mut self.blocks).ok_or(Unfit::Contradiction)?.resume(earlier, plane)?;
         self.mode = self.mode_of(&waiting)?;
         if self.mode == Mode::Even {
-            self.most = self.most_of_one();
+            // A new pass brings all to the same number, whatever the one that was stopped was to add.
+            waiting.clear();
         }
         self.estimates = nothing_known(&self.film, self.mode);
         self.film.add_dropped(&earlier.film.dropped());
@@ -254,7 +257,9 @@ impl<'a> AdaptiveSession<'a> {
     /// Decides what the next pass takes, or that there is none; `known` if anything is to be decided.
     fn plan(&mut self, known: Option<PictureError>) -> Option<Ended> {
         match (self.mode, known) {
-            (Mode::Trying, Some(known)) if self.blocks.pays((&self.film, &self.estimates, known.surprise)) => {
+            (Mode::Trying, Some(known))
+                if self.has_room_for_two() && self.blocks.pays((&self.film, &self.estimates, known.surprise)) =>
+            {
                 self.mode = Mode::Adaptive;
                 self.estimates = nothing_known(&self.film, self.mode);
                 self.waiting = self.blocks.units_of(1);
@@ -276,38 +281,47 @@ impl<'a> AdaptiveSession<'a> {
         }
     }
 
-    /// The same with one sequence: its samples are doubled, or as many more as there may be, and as there is time for.
+    /// The same with one sequence: its samples are doubled, or as many more as there may be; with a limit of time a part is added,
+    /// if there is time for it.
     fn plan_evenly(&mut self) -> Option<Ended> {
-        let (taken, wanted) = (self.blocks.most_of_one(), self.most_of_one());
-        if taken >= wanted {
+        let [fewest, most] = self.blocks.range_of_one();
+        let wanted = self.limits.samples.unwrap_or(u32::MAX).min(1 << MOST_LOG_SAMPLES);
+        if fewest >= wanted {
             return Some(Ended::Samples);
         }
-        let elapsed = self.time().as_secs_f64();
-        let in_time = |limit: Duration| f64::from(taken) * PLANNED_TIME * limit.as_secs_f64() / elapsed;
-        let in_time = self.limits.time.map_or(f64::INFINITY, in_time);
-        if in_time < f64::from(wanted) && in_time < (1.0 + LEAST_GROWTH) * f64::from(taken) {
+        let more = if self.limits.time.is_some() { (fewest / TIMED_PART).max(1) } else { fewest };
+        let end = (fewest + more).min(wanted).max(most);
+        let needed = self.time().as_secs_f64() * f64::from(end) / f64::from(fewest);
+        if self.limits.time.is_some_and(|limit| needed > limit.as_secs_f64()) {
             return Some(Ended::Time);
         }
-        // No less than one more.
-        self.most = wanted.min((in_time as u32).max(taken + 1));
-        let end = self.most.min(2 * taken);
+        self.end = Some(end);
         self.waiting = self.blocks.units_of(0);
         self.waiting.retain(|unit| self.blocks.all[unit.block].samples(0) < u64::from(end));
         None
     }
 
-    /// The most samples that one sequence may have.
-    fn most_of_one(&self) -> u32 {
-        self.limits.samples.unwrap_or(u32::MAX).min(1 << MOST_LOG_SAMPLES)
+    /// Whether anything would be left after the first samples of a second sequence.
+    fn has_room_for_two(&self) -> bool {
+        let needed = ROOM_FOR_TWO * self.step().first;
+        self.limits.samples.is_none_or(|samples| samples >= needed)
+            && self.limits.time.is_none_or(|limit| ROOM_FOR_TWO * self.time() <= limit)
     }
 
     /// How a render stands that goes on with these units.
     fn mode_of(&self, waiting: &[Unit]) -> Result<Mode, Unfit> {
+        let samples = |unit: &Unit| self.blocks.all[unit.block].samples(unit.sequence);
+        let (first, all) = (u64::from(self.step().first), self.blocks.units_of(0));
         let is_alone = self.blocks.has_one_sequence() && waiting.iter().all(|unit| unit.sequence == 0);
         match is_alone {
             false => Ok(Mode::Adaptive),
             true if self.limits.error.is_some() => Err(Unfit::OneSequence),
-            true if self.blocks.most_of_one() <= self.step().first => Ok(Mode::Trying),
+            // Whoever waits and has some goes on with what was decided.
+            true if waiting.iter().all(|unit| samples(unit) == 0)
+                && all.iter().all(|unit| [0, first].contains(&samples(unit))) =>
+            {
+                Ok(Mode::Trying)
+            }
             true => Ok(Mode::Even),
         }
     }
@@ -349,7 +363,7 @@ impl<'a> AdaptiveSession<'a> {
     fn step(&self) -> Step {
         let all =
             self.limits.samples.map_or(FIRST_SAMPLES, |most| most / FIRST_PART).clamp(FEWEST_SAMPLES, FIRST_SAMPLES);
-        Step { first: 1 << (all / SEQUENCES as u32).ilog2(), most: self.most }
+        Step { first: 1 << (all / SEQUENCES as u32).ilog2(), end: self.end }
     }
 
     /// How many samples, over all pixels, the next pass should take at most, and how many there may be at all.
@@ -428,7 +442,8 @@ impl<'a> AdaptiveSession<'a> {
     fn has_time_for(&self, batch: &[Unit], step: Step) -> bool {
         let taken = self.done().samples;
         let is_first = |unit: &Unit| self.blocks.all[unit.block].samples(unit.sequence) == 0;
-        let has_limit = !batch.is_empty() && !batch.iter().any(is_first);
+        // Even passes are begun only where there is time, and then ended.
+        let has_limit = self.mode != Mode::Even && !batch.is_empty() && !batch.iter().any(is_first);
         let Some(limit) = self.limits.time.filter(|_| has_limit) else { return true };
         let more: u64 = batch.iter().map(|&unit| self.blocks.cost(unit, step)).sum();
         let threads = rayon::current_num_threads() as f64;
