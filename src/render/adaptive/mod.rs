@@ -31,7 +31,8 @@
 //! Two sequences are less evenly spread than one of as many samples, and where the error is, may be everywhere, or where time goes.
 //! So the first samples are X's alone. What half of their pixels say of the error is tried on the others: if samples by that would
 //! not make clearly less error in the same time, X goes on alone, with the same number everywhere, and the picture is that of a render
-//! without all this. Not so with a target, for which it takes two to tell when it is reached.
+//! without all this. Not so with a target, for which it takes two to tell when it is reached. (Here X's own samples decide something,
+//! once for the whole picture: another influence that could not be measured.)
 
 mod block;
 mod kept;
