@@ -75,7 +75,7 @@ fn reflectance(wo: Vec3, wi: Vec3) -> f32 {
 
 fn rejected_density(subject: &impl Subject) {
     // The level of a family of a thousand: stricter about rejecting than that of the table.
-    let verdict = laws::density(subject, WO, 1000);
+    let verdict = laws::density(subject, WO, (1000, SEED));
     assert!(verdict.is_err(), "the bug was not found");
 }
 
@@ -144,7 +144,7 @@ fn a_missing_cosine_is_rejected() {
     let bsdf = Bsdf::Diffuse(Diffuse { reflectance: Rgb::splat(0.8) });
     rejected_density(&WrongPdf { bsdf: bsdf.clone(), factor: |_: Vec3, wi: Vec3| 0.5 / wi.z.max(1e-9) });
     let wrong = WrongValue { bsdf, factor: |_: Vec3, wi: Vec3| 1.0 / wi.z.max(1e-9) };
-    assert!(laws::reciprocity(&wrong, WO, 1.0, |_, _| false).is_err());
+    assert!(laws::reciprocity(&wrong, WO, 1.0, |_, _| false, SEED).is_err());
 }
 
 #[test]
@@ -156,12 +156,12 @@ fn a_wrong_value_is_rejected() {
         if reflects(wo, wi) { 1.0 } else { sqr(eta) }
     };
     let wrong = WrongValue { bsdf: bsdf.clone(), factor: compressed_twice };
-    assert!(laws::reciprocity(&wrong, WO, ETA, |_, _| false).is_err());
-    assert!(laws::energy(&wrong, WO, 0.0).is_err());
+    assert!(laws::reciprocity(&wrong, WO, ETA, |_, _| false, SEED).is_err());
+    assert!(laws::energy(&wrong, WO, 0.0, SEED).is_err());
     // Masking of one direction only.
     let facets = Microfacets::new(Distribution::Ggx, 0.3, 0.3);
     let half_masked = WrongValue { bsdf, factor: |_: Vec3, wi: Vec3| 1.0 / facets.view(wi).masking };
-    assert!(laws::reciprocity(&half_masked, WO, ETA, |_, _| false).is_err());
+    assert!(laws::reciprocity(&half_masked, WO, ETA, |_, _| false, SEED).is_err());
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn a_weight_that_does_not_follow_is_rejected() {
         }
     }
     for bsdf in [metal(Distribution::Ggx, (0.3, 0.1)), glass(Distribution::Beckmann, (0.3, 0.3), ETA)] {
-        assert!(laws::weight(&bsdf, WO).is_ok());
-        assert!(laws::weight(&Heavy(bsdf), WO).is_err());
+        assert!(laws::weight(&bsdf, WO, SEED).is_ok());
+        assert!(laws::weight(&Heavy(bsdf), WO, SEED).is_err());
     }
 }

@@ -90,15 +90,15 @@ fn pairs() -> Vec<(&'static Row, Vec3)> {
     all.flat_map(|row| directions(row.bsdf.lobes().transmits).map(move |wo| (row, wo))).collect()
 }
 
-/// Asks a law of all that it is for, or of the one with this number. `thorough`: of really all.
-pub fn run(law: Law, thorough: bool, only: Option<usize>) -> Verdicts {
+/// Asks a law of all that it is for, or of the one with this number, by samples of this seed. `thorough`: of really all.
+pub fn run(law: Law, thorough: bool, only: Option<usize>, seed: u64) -> Verdicts {
     let wanted = |number: usize| only.is_none_or(|only| only == number);
     if law == Law::Finite {
         let few = |number: usize| thorough || only.is_some() || number.is_multiple_of(FEW_EXTREMES);
         let all = table::extremes().into_iter().enumerate();
         let all: Vec<_> = all.filter(|(number, _)| wanted(*number) && few(*number)).collect();
         let broken = all.par_iter().filter_map(|(number, (name, bsdf))| {
-            let failure = edge_directions().find_map(|wo| law::edges(bsdf, wo).err().map(|e| (wo, e)));
+            let failure = edge_directions().find_map(|wo| law::edges(bsdf, wo, seed).err().map(|e| (wo, e)));
             failure.map(|(wo, failure)| (*number, format!("{name}, wo {wo}: {failure}")))
         });
         return Verdicts { broken: broken.collect(), tests: all.len() * edge_directions().count() };
@@ -113,13 +113,13 @@ pub fn run(law: Law, thorough: bool, only: Option<usize>) -> Verdicts {
     let family = if only.is_some() { pairs().len() } else { asked.len() };
     let broken = asked.par_iter().filter_map(|(number, (row, wo))| {
         let verdict = match law {
-            Law::Finite | Law::Density => law::density(&row.bsdf, *wo, family),
-            Law::Weight => law::weight(&row.bsdf, *wo),
+            Law::Finite | Law::Density => law::density(&row.bsdf, *wo, (family, seed)),
+            Law::Weight => law::weight(&row.bsdf, *wo, seed),
             Law::Energy => match row.energy {
-                Energy::Sample(gain) => law::energy(&row.bsdf, *wo, gain),
-                Energy::Mean(most) => law::albedo(&row.bsdf, *wo, most),
+                Energy::Sample(gain) => law::energy(&row.bsdf, *wo, gain, seed),
+                Energy::Mean(most) => law::albedo(&row.bsdf, *wo, most, seed),
             },
-            Law::Reciprocity => law::reciprocity(&row.bsdf, *wo, row.eta, row.exempt),
+            Law::Reciprocity => law::reciprocity(&row.bsdf, *wo, row.eta, row.exempt, seed),
         };
         verdict.err().map(|failure| (*number, format!("{}, wo {wo}: {failure}", row.name)))
     });

@@ -13,7 +13,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<bool> {
     let laws = chosen("kind", args.kind.as_deref(), &Law::ALL.map(Law::name))?;
     let mut right = true;
     for law in laws.into_iter().map(|place| Law::ALL[place]) {
-        let verdicts = ask(law, args.long, args.ray.map(|ray| ray as usize));
+        let verdicts = ask(law, args.long, args.ray.map(|ray| ray as usize), args.seed);
         let family = if law == Law::Density {
             format!(", χ² with {} % of false alarms in all", 100.0 * FALSE_ALARMS)
         } else {
