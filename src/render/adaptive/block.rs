@@ -37,24 +37,72 @@ pub(super) const MOST_LOG_SAMPLES: u32 = 29;
 pub(super) struct Step {
     /// How many samples those take that have none: a power of two.
     pub(super) first: u32,
-    /// How many those have in the end that have some, if not double.
-    pub(super) end: Option<u32>,
+    /// Where those that have some go on evenly; else they are doubled.
+    pub(super) even: Option<Even>,
 }
+
+/// How a sequence goes on that is alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Even {
+    /// How many samples all have in the end.
+    pub(super) end: u32,
+    /// How many there are to be after all, if that is known.
+    pub(super) all: Option<u32>,
+}
+
+/// Which half of a sequence its next samples belong to.
+enum Place {
+    /// Those before this number to the earlier half, with what the later one had; the others to the later one.
+    Around(u32),
+    Earlier,
+    Later,
+}
+
+/// By what part a sequence grows at a time of which it is not known how long it will be.
+const OPEN_PART: u32 = 8;
 
 impl Step {
     /// How many samples a sequence has after it that had so many before.
     fn end(self, samples: u32) -> u32 {
-        match (samples, self.end) {
+        match (samples, self.even) {
             (0, _) => self.first,
-            (_, Some(end)) => end.max(samples),
+            (_, Some(even)) => even.end.max(samples),
             (_, None) => 2 * samples,
+        }
+    }
+
+    /// Which half the samples from this number on belong to. Halves depend on how many there are and are to be, not on how many
+    /// came at a time: the later one begins at the largest of the numbers below that all are halved to, again and again; if it is
+    /// not known how many there will be, the smaller half takes what comes.
+    fn place(self, samples: u32) -> Place {
+        match (samples, self.even) {
+            (0, _) => Place::Around(self.first / 2),
+            (_, None) => Place::Around(samples),
+            (_, Some(Even { end, all: Some(all) })) => {
+                let stage = stages(all).find(|&stage| stage < end.max(samples)).unwrap_or(0);
+                Place::Around(if stage < self.first { self.first / 2 } else { stage })
+            }
+            (_, Some(Even { all: None, .. })) => {
+                let mut sizes = [self.first / 2; 2];
+                while sizes[0] + sizes[1] < samples {
+                    let all = sizes[0] + sizes[1];
+                    let smaller = usize::from(sizes[1] < sizes[0]);
+                    sizes[smaller] += open_growth(all).min(samples - all);
+                }
+                if sizes[1] < sizes[0] { Place::Later } else { Place::Earlier }
+            }
         }
     }
 }
 
-/// Where the later half of so many samples begins, at least 2: at the largest power of two below, however many came at a time.
-fn middle(samples: u32) -> u32 {
-    1 << (samples - 1).ilog2()
+/// Numbers of samples: all of them, half of these, and so on, rounded up.
+pub(super) fn stages(all: u32) -> impl Iterator<Item = u32> {
+    std::iter::successors(Some(all), |&stage| (stage > 1).then(|| stage.div_ceil(2)))
+}
+
+/// How many samples a sequence of so many takes next, if it is not known how many there will be.
+pub(super) fn open_growth(samples: u32) -> u32 {
+    (samples / OPEN_PART).max(1)
 }
 
 /// Some pixels, each of which has the same number of samples.
@@ -108,15 +156,20 @@ impl Batch<'_> {
             let start = first_of_run(*sequence as u32);
             let Sequence { samples, vertices, halves: [earlier, later] } = &mut **own;
             let before = work.len();
-            let end = step.end(*samples);
-            let middle = middle(end);
-            if *samples <= middle {
-                earlier.absorb(later);
+            let (from, end) = (*samples, step.end(*samples));
+            match step.place(from) {
+                Place::Earlier => work.push(Work::new(start + from..start + end, earlier)),
+                Place::Later => work.push(Work::new(start + from..start + end, later)),
+                Place::Around(middle) => {
+                    if from <= middle {
+                        earlier.absorb(later);
+                    }
+                    if from < middle {
+                        work.push(Work::new(start + from..start + middle, earlier));
+                    }
+                    work.push(Work::new(start + middle.max(from)..start + end, later));
+                }
             }
-            if *samples < middle {
-                work.push(Work::new(start + *samples..start + middle, earlier));
-            }
-            work.push(Work::new(start + middle.max(*samples)..start + end, later));
             counters.push((work.len() - before, vertices));
             *samples = end;
         }
@@ -269,5 +322,61 @@ fn times(samples: u32, parts: Parts) -> u32 {
     match parts {
         Parts::Replicates => MOST_LOG_SAMPLES - samples.max(1).ilog2(),
         Parts::Halves => 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Which samples are in either half after passes that end so.
+    fn halves(first: u32, all: Option<u32>, ends: impl IntoIterator<Item = u32>) -> [Vec<u32>; 2] {
+        let (mut samples, mut halves) = (0, [Vec::new(), Vec::new()]);
+        for end in [first].into_iter().chain(ends) {
+            let even = (samples > 0).then_some(Even { end, all });
+            let step = Step { first, even };
+            assert_eq!(step.end(samples), end);
+            match step.place(samples) {
+                Place::Earlier => halves[0].extend(samples..end),
+                Place::Later => halves[1].extend(samples..end),
+                Place::Around(middle) => {
+                    if samples <= middle {
+                        let later = std::mem::take(&mut halves[1]);
+                        halves[0].extend(later);
+                    }
+                    halves[0].extend(samples..middle.max(samples));
+                    halves[1].extend(middle.max(samples)..end);
+                }
+            }
+            samples = end;
+        }
+        halves
+    }
+
+    #[test]
+    fn halves_do_not_depend_on_passes() {
+        for all in [32, 33, 51, 100, 1000] {
+            let planned = stages(all).filter(|&stage| stage > 8).collect::<Vec<_>>().into_iter().rev();
+            let whole = halves(8, Some(all), planned);
+            let middle = all.div_ceil(2);
+            assert_eq!(whole, [(0..middle).collect::<Vec<_>>(), (middle..all).collect()], "{all}");
+            for step in [1, 3, 7, 40] {
+                let ends = (8 + step..all).step_by(step as usize).chain([all]);
+                assert_eq!(halves(8, Some(all), ends), whole, "{all} by {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn halves_of_what_has_no_end_are_alike() {
+        let ends = || std::iter::successors(Some(8), |&samples| Some(samples + open_growth(samples))).skip(1);
+        for passes in 1..60 {
+            let halves = halves(8, None, ends().take(passes));
+            let [earlier, later] = halves.each_ref().map(|half| half.len() as u32);
+            assert!(earlier.abs_diff(later) <= open_growth(earlier + later), "{earlier} and {later}");
+            let mut all = halves.concat();
+            all.sort_unstable();
+            assert!(all.iter().copied().eq(0..earlier + later));
+        }
     }
 }

@@ -46,7 +46,7 @@ use crate::film::Film;
 use crate::integrator::Work;
 use crate::integrator::aov::Aovs;
 use crate::scene::Scene;
-use block::{Blocks, FEWEST, MOST_LOG_SAMPLES, SEQUENCES, Step};
+use block::{Blocks, Even, FEWEST, MOST_LOG_SAMPLES, SEQUENCES, Step, open_growth, stages};
 use plan::Unit;
 use rayon::ThreadPool;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -89,9 +89,6 @@ const FIRST_DOUBT: f64 = 0.8;
 
 /// How long between two estimates that are only shown.
 const LOOK_INTERVAL: Duration = Duration::from_millis(500);
-
-/// A pass of one sequence that has to end in time adds this part of the samples there are, as in a render that is not adaptive.
-const TIMED_PART: u32 = 8;
 
 /// How samples are dealt out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,8 +136,8 @@ pub struct AdaptiveSession<'a> {
     mode: Mode,
     /// What is still to go on in the pass that has begun.
     waiting: Vec<Unit>,
-    /// How many samples those have after it that have some, if not double.
-    end: Option<u32>,
+    /// How it goes on where all pixels get the same number.
+    even: Option<Even>,
     /// How many samples there were when the estimate first was below the target.
     near: Option<u64>,
     estimates: Estimates,
@@ -188,7 +185,7 @@ impl<'a> AdaptiveSession<'a> {
             film,
             mode,
             waiting,
-            end: None,
+            even: None,
             blocks: Arc::new(blocks),
             near: None,
             done: Mutex::default(),
@@ -282,21 +279,23 @@ impl<'a> AdaptiveSession<'a> {
         }
     }
 
-    /// The same with one sequence: its samples are doubled, or as many more as there may be; with a limit of time a part is added,
-    /// if there is time for it.
+    /// The same with one sequence: its samples are doubled or so, that the last pass is half of them; with a limit of time a part is
+    /// added, if there is time for it.
     fn plan_evenly(&mut self) -> Option<Ended> {
         let [fewest, most] = self.blocks.range_of_one();
-        let wanted = self.limits.samples.unwrap_or(u32::MAX).min(1 << MOST_LOG_SAMPLES);
+        let all = self.limits.samples.map(|samples| samples.min(1 << MOST_LOG_SAMPLES));
+        let wanted = all.unwrap_or(1 << MOST_LOG_SAMPLES);
         if fewest >= wanted {
             return Some(Ended::Samples);
         }
-        let more = if self.limits.time.is_some() { (fewest / TIMED_PART).max(1) } else { fewest };
-        let end = (fewest + more).min(wanted).max(most);
+        let doubled = || stages(wanted).take_while(|&stage| stage > fewest).last().unwrap_or(wanted);
+        let end = if self.limits.time.is_some() { fewest + open_growth(fewest) } else { doubled() };
+        let end = end.min(wanted).max(most);
         let needed = self.time().as_secs_f64() * f64::from(end) / f64::from(fewest);
         if self.limits.time.is_some_and(|limit| needed > limit.as_secs_f64()) {
             return Some(Ended::Time);
         }
-        self.end = Some(end);
+        self.even = Some(Even { end, all });
         self.waiting = self.blocks.units_of(0);
         self.waiting.retain(|unit| self.blocks.all[unit.block].samples(0) < u64::from(end));
         None
@@ -364,7 +363,7 @@ impl<'a> AdaptiveSession<'a> {
     fn step(&self) -> Step {
         let all =
             self.limits.samples.map_or(FIRST_SAMPLES, |most| most / FIRST_PART).clamp(FEWEST_SAMPLES, FIRST_SAMPLES);
-        Step { first: 1 << (all / SEQUENCES as u32).ilog2(), end: self.end }
+        Step { first: 1 << (all / SEQUENCES as u32).ilog2(), even: self.even }
     }
 
     /// How many samples, over all pixels, the next pass should take at most, and how many there may be at all.
