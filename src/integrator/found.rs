@@ -96,7 +96,7 @@ impl Walker<'_> {
         record: &mut impl Record,
     ) {
         let weight = match path.segment {
-            Segment::Delta | Segment::Mirror | Segment::Unasked => 1.0,
+            Segment::Delta | Segment::Mirror => 1.0,
             Segment::Through { .. } => self.weight_through::<T>(&path.segment, index),
             Segment::Smooth { pdf: bsdf, from, n, lobe, .. } => {
                 let receiver = || Receiver { p: from.as_vec3(), n, lobe };

@@ -188,9 +188,7 @@ impl Integrator {
         facts::allow(Feature::Sharing, self.shares(scene));
         facts::allow(Feature::Candidates, count > 1);
         let candidates = direct::Candidates::new(count, sampler.kind);
-        let asks = scene.features.area_lights + scene.features.infinite_lights > 0 || self.shares(scene);
-        let level = crate::math::simd::level();
-        let walker = wave::Walker { scene, sampler, limits: self, candidates, asks, level };
+        let walker = wave::Walker { scene, sampler, limits: self, candidates, level: crate::math::simd::level() };
         match self.estimator {
             // Who listens has time.
             Estimator::Path if R::LISTENS => walker.run::<path::Path, _>(ids, record, counts, sink),

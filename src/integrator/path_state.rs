@@ -29,9 +29,7 @@ pub(super) enum Segment {
         /// Whether lights were sought through glass there ([`super::through`]).
         seeks: bool,
     },
-    /// The same where nobody asks how: in a scene of lights that no path runs into.
-    Unasked,
-    /// By a bsdf with a density where glass was passed since.
+    /// The same where glass was passed since.
     Through {
         /// See [`Self::Smooth`].
         pdf: SolidAnglePdf,
@@ -46,14 +44,6 @@ pub(super) enum Segment {
         /// Whether that was the first.
         first: bool,
     },
-}
-
-impl Segment {
-    /// Whether its direction is that of a bsdf with a density, from the last vertex on.
-    #[inline(always)]
-    pub(super) fn is_smooth(&self) -> bool {
-        matches!(self, Self::Smooth { .. } | Self::Unasked)
-    }
 }
 
 /// No index: the path is outside of everything that absorbs.

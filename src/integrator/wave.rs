@@ -77,8 +77,6 @@ pub(super) struct Walker<'a> {
     pub(super) limits: &'a Integrator,
     /// Light samples of the first vertex.
     pub(super) candidates: Candidates,
-    /// Whether anybody asks how a direction was sampled: lights that paths may run into, or neighbours that share what these find.
-    pub(super) asks: bool,
     /// What the processor can do.
     pub(super) level: Level,
 }
@@ -398,7 +396,7 @@ impl Walker<'_> {
         met: Option<LookedAt<'_>>,
         layers: &'s mut Vec<Layer>,
     ) -> Surface<'s> {
-        path.scattered |= path.segment.is_smooth();
+        path.scattered |= matches!(path.segment, Segment::Smooth { .. });
         match path.scattered {
             false => self.scene.surface_looked_at((&path.ray, hit, None), || met, layers),
             true => self.scene.rougher_surface(&path.ray, hit, met, layers),
@@ -425,7 +423,6 @@ impl Walker<'_> {
             path.eta_squared *= sample.eta * sample.eta;
         }
         path.segment = match sample.pdf {
-            Some(_) if !self.asks => Segment::Unasked,
             Some(pdf) if Feature::Mis.is_built() => {
                 Segment::Smooth { pdf, from: surface.p(), n: receiving_normal::<T>(surface), lobe, seeks: path.seeks }
             }
@@ -461,7 +458,7 @@ impl Walker<'_> {
             path.radiance = before;
             return end(path, "the throughput is not finite", record);
         }
-        let delta = !path.segment.is_smooth();
+        let delta = !matches!(path.segment, Segment::Smooth { .. });
         if path.depth < self.limits.rr_depth {
             return record.event(Event::Scattered { throughput: before, survival: 1.0, delta });
         }
