@@ -279,8 +279,8 @@ impl<'a> AdaptiveSession<'a> {
         }
     }
 
-    /// The same with one sequence: its samples are doubled or so, that the last pass is half of them; with a limit of time a part is
-    /// added, if there is time for it.
+    /// The same with one sequence: its samples are doubled or nearly so, such that the last pass is half of all; with a limit of time
+    /// a part is added, if there is time for it.
     fn plan_evenly(&mut self) -> Option<Ended> {
         let [fewest, most] = self.blocks.range_of_one();
         let all = self.limits.samples.map(|samples| samples.min(1 << MOST_LOG_SAMPLES));
